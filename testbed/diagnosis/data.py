@@ -47,6 +47,7 @@ class Runs:
         stated_sigma: sigma before the noise was estimated, shape (R, 3), rad/s; None where it was not.
         prior_odds: of none and of what is not modelled.
         trim_group: for each run, with which others it has its trim in common; empty where every record has its own.
+        found_rate: initial rates where searches begin, shape (R, 3), rad/s; None for the first samples.
     """
 
     names: tuple[str, ...]
@@ -64,6 +65,7 @@ class Runs:
     stated_sigma: Array | None = None
     prior_odds: PriorOdds = field(default_factory=PriorOdds)
     trim_group: tuple[str, ...] = ()
+    found_rate: Array | None = None
 
     @property
     def measured(self) -> list[Array]:

@@ -150,12 +150,12 @@ def nominal_fit(runs: Runs, theta: Theta) -> Fit:
 
 
 def _from_first_samples(runs: Runs, theta: Array, effects: Sequence[Array]) -> Values:
-    """Return a parameter set whose initial rates are as the gyro's first samples have them."""
-    first = np.stack([rates[0] for rates in runs.measured])[:, None]
+    """Return a parameter set whose initial rates are as the gyro's first samples have them, or as they were found."""
+    first = np.stack([rates[0] for rates in runs.measured]) if runs.found_rate is None else runs.found_rate
     # What keeps a platform from turning ever faster is that the mean torque is nearly zero, whatever telemetry says.
     trim = -runs.mean_torque if runs.trimmed else None
-    turn = None if runs.first_turn_std is None else np.zeros_like(first)
-    return Values(theta=theta, initial_rate=first, effects=tuple(effects), trim=trim, first_turn=turn)
+    turn = None if runs.first_turn_std is None else np.zeros((len(first), 1, 3))
+    return Values(theta=theta, initial_rate=first[:, None], effects=tuple(effects), trim=trim, first_turn=turn)
 
 
 def _with_first_of(near: Values, values: Values) -> Values:
@@ -439,4 +439,5 @@ def all_corrected(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Run
     corrected_runs = corrected(runs, fit)
     if heldout is None or corrected_runs is runs:
         return corrected_runs, heldout
-    return corrected_runs, corrected(heldout, fitted_initial_rates(heldout, fit))
+    seen = fitted_initial_rates(heldout, fit)
+    return corrected_runs, replace(corrected(heldout, seen), found_rate=seen.values.initial_rate[:, 0])

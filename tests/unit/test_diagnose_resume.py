@@ -55,11 +55,11 @@ def diagnose(data, out, *options):
 
 @pytest.fixture(scope="module")
 def steps():
-    """Counts the steps of all searches for parameters."""
+    """Counts the trials of all searches for parameters."""
     taken = []
     with pytest.MonkeyPatch.context() as patch:
-        step = testbed.diagnosis.fitting._step
-        patch.setattr(testbed.diagnosis.fitting, "_step", lambda *given: taken.append(0) or step(*given))
+        trial = testbed.diagnosis.fitting._better
+        patch.setattr(testbed.diagnosis.fitting, "_better", lambda *given: taken.append(0) or trial(*given))
         yield taken
 
 
