@@ -133,6 +133,17 @@ class Grid:
         return np.stack([np.pad(run.gyro_time, (0, most - len(run.gyro_time)), mode="edge") for run in self.runs])
 
     @cached_property
+    def measured_rate(self) -> Array:
+        """ω at the nodes on lines between the gyro's samples, of each run, shape (R, M + 1, 3), rad/s."""
+        pairs = zip(self.node_time, self.runs, strict=True)
+        return np.stack(
+            [
+                np.column_stack([np.interp(nodes, run.gyro_time, axis) for axis in run.body_rate.T])
+                for nodes, run in pairs
+            ]
+        )
+
+    @cached_property
     def gyro_interval(self) -> Series:
         """The usual one between the gyro's samples, of each run, shape (R,), s."""
         return np.array([np.median(np.diff(run.gyro_time)) for run in self.runs])

@@ -248,11 +248,7 @@ def _share(change: Array, whole: Array) -> float:
 
 def _guess(grid: Grid, equations: Equations, start: Array) -> Array:
     """Return states at all nodes as the gyro has the motion."""
-    rates = [
-        [np.interp(nodes, run.gyro_time, run.body_rate[:, axis]) for axis in range(3)]
-        for nodes, run in zip(grid.node_time, grid.runs, strict=True)
-    ]
-    return equations.guessed(start, np.ascontiguousarray(np.moveaxis(np.array(rates), 1, -1)))
+    return equations.guessed(start, grid.measured_rate)
 
 
 def _in_blocks(equations: Equations, states: Array) -> Array:

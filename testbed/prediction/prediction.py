@@ -106,7 +106,8 @@ def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> li
         InputError: the motion leaves the finite numbers.
     """
     blocks = _of_parts(grid, values, lambda part, own: _channels(part, hooks, own))
-    return [np.broadcast_to(block, (values.sets, *block.shape[1:])) for block in blocks]
+    sets = values.sets
+    return [block if len(block) == sets else np.broadcast_to(block, (sets, *block.shape[1:])) for block in blocks]
 
 
 def _channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
