@@ -6,7 +6,8 @@ would show; the same effect and noise are flown with chosen flights and with the
 without an effect flies until something is named, or twenty flights.
 
 Each campaign has a file of its own in --out (runs/fly-until-sure-S): what is there is kept, and an interrupted command
-goes on where it was. --jobs fly side by side; the counts are of all that the folder has.
+goes on where it was. --jobs fly side by side; the counts are of all that the folder has. --write keeps them in
+docs/fly-until-sure.json, from where the command goes on as well.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ from testbed.sequential.evidence import Evidence, evidence_of
 SIZES = 2.0
 """Times the smallest detectable size of `MOST_FLIGHTS` flights of the own maneuver, which is that of five flights."""
 QUICK = {"maneuver.starts": 1, "estimation.initial_momentum": "estimated"}
+KEPT = Path(__file__).resolve().parents[1] / "docs" / "fly-until-sure.json"
 NULL_SEEDS = 10_000
 """By which seeds of campaigns without an effect lie above those of campaigns with one."""
 HIDDEN = (
@@ -200,6 +202,21 @@ def counts(done: Sequence[Campaign]) -> Iterator[str]:
     yield f"e-values above {1 / ALPHA:g} after any flight without an effect: {rate(passed, len(null))}"
 
 
+def restore(folder: Path, seed: int) -> None:
+    """Write the files of campaigns of a seed that are kept and not in the folder."""
+    kept = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
+    for name, campaign in kept.get(str(seed), {}).items():
+        if not (folder / f"{name}.json").exists():
+            write_json(folder / f"{name}.json", campaign)
+
+
+def keep(folder: Path, seed: int) -> None:
+    """Keep the campaigns of a seed that are in the folder."""
+    kept = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
+    campaigns = {file.stem: json.loads(file.read_text(encoding="utf-8")) for file in sorted(folder.glob("*.json"))}
+    write_json(KEPT, kept | {str(seed): campaigns})
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="Count flights to a verified name.")
     parser.add_argument("--campaigns", type=int, default=200, help="with an effect, each flown both ways")
@@ -207,12 +224,16 @@ def main() -> None:
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--jobs", type=int, default=2, help="campaigns side by side")
     parser.add_argument("--out", type=Path, help="folder of the campaigns")
+    parser.add_argument("--write", action="store_true", help=f"keep them in docs/{KEPT.name}")
     wanted = parser.parse_args()
     folder = wanted.out or Path("runs") / f"fly-until-sure-{wanted.seed}"
     folder.mkdir(parents=True, exist_ok=True)
+    restore(folder, wanted.seed)
     with ProcessPoolExecutor(wanted.jobs) as pool:
         for future in [pool.submit(fly, each, folder) for each in orders(wanted.campaigns, wanted.null, wanted.seed)]:
             future.result()
+    if wanted.write:
+        keep(folder, wanted.seed)
     done = [Campaign(**json.loads(file.read_text(encoding="utf-8"))) for file in sorted(folder.glob("*.json"))]
     print("\n".join(counts(done)))
 
