@@ -393,18 +393,14 @@ def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, as_
     Raises:
         InputError: the motion leaves the finite numbers or, of a trial, is not found from the measured one.
     """
-    hooks, tried, common = (
-        [each.hooks for each in placed],
-        replace(values, as_trial=as_trial),
-        common_size(values.effects),
-    )
+    hooks, tried = [each.hooks for each in placed], replace(values, as_trial=as_trial)
     samples, derivatives = predicted_with_derivatives(runs.grid, hooks, tried, predict=predicted_channels)
     residual, slopes = _residual_and_beliefs(runs, placed, values, samples)
     return Fit(
         placed=placed,
         values=values,
         residual=residual,
-        jacobian=stacked(runs, derivatives, common, slopes),
+        jacobian=stacked(runs, derivatives, common_size(values.effects), slopes),
         at_bound=_at_bound(placed, values),
         believed=len(slopes),
         trim_of=runs.trim_of,
