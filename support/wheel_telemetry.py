@@ -42,12 +42,19 @@ def commanded_wheels(phase: float, seed: int, lag: Units | None = None, start: U
     return wheels_at_rest(momentum, command, ticks + phase * PERIOD)
 
 
-def undersampled_wheels(periods: int, seed: int) -> Telemetry:
-    """Return two minutes of wheels whose commands change so many times between samples, each with noise of its own."""
+def undersampled_wheels(periods: int, seed: int, scatter: float = 5e-5, rates: tuple[float, ...] = (0.9,)) -> Telemetry:
+    """Return two minutes of wheels whose commands change so many times between samples, each with noise of its own.
+
+    Args:
+        periods: between samples.
+        seed: of all noise.
+        scatter: standard deviation of the commands' noise, N·m.
+        rates: at which they swing, rad/s.
+    """
     rng = np.random.default_rng(seed)
     ticks = PERIOD / periods * np.arange(2 * TICKS * periods)
-    smooth = 1e-3 * np.cos(0.9 * ticks[:, None] + np.arange(WHEELS))
-    command = smooth + 5e-5 * rng.standard_normal(smooth.shape)
+    smooth = sum(1e-3 * np.cos(rate * ticks[:, None] + np.arange(WHEELS)) for rate in rates)
+    command = smooth + scatter * rng.standard_normal(smooth.shape)
     momentum = ONE_WAY + np.concatenate([np.zeros((1, WHEELS)), np.cumsum(command * PERIOD / periods, axis=0)[:-1]])
     shown = momentum[::periods] + NOISE * rng.standard_normal((2 * TICKS, WHEELS))
     return wheels_at_rest(shown, command[::periods], ticks[::periods])

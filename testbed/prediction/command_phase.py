@@ -15,6 +15,7 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.estimation.telemetry import Telemetry, WheelMotors
+from testbed.prediction.command_bends import with_bent_commands
 from testbed.prediction.command_scatter import believed_held, in_phase, with_command_scatter
 from testbed.prediction.impulse_noise import SURELY, Coefficients, explained_by_wheel
 from testbed.prediction.wheel_impulses import Impulses, impulses_of
@@ -34,6 +35,8 @@ def with_command_phase(runs: Sequence[Telemetry]) -> list[Telemetry]:
         return _with_phase(with_command_scatter(runs), commanded=True)
     held = _with_phase(runs, commanded=True)
     changing = with_command_scatter(runs) if command_phase(held) else list(runs)
+    if command_phase(held) and believed_held(changing):
+        changing = with_bent_commands(runs)
     return held if believed_held(changing) else _with_phase(changing, commanded=True)
 
 

@@ -47,12 +47,14 @@ def with_command_scatter(runs: Sequence[Telemetry]) -> list[Telemetry]:
     if scatter is None:
         return list(runs)
     held = believed_held(runs)
-    response = _response([_with(_twice(run), each, 0.0, 0.0) for run, each in zip(runs, scatter, strict=True)], scatter)
+    response = _response(
+        [_with(twice_a_sample(run), each, 0.0, 0.0) for run, each in zip(runs, scatter, strict=True)], scatter
+    )
     if response is None or (held and not _passes(response)):
         return list(runs)
     behind, before, next_share = response.values.tolist()
     known = [_with(run, each, behind, before) for run, each in zip(runs, scatter, strict=True)]
-    return [_changing(run, next_share) for run in known] if held else known
+    return [changing_between(run, next_share) for run in known] if held else known
 
 
 def _passes(response: Coefficients) -> bool:
@@ -65,7 +67,7 @@ def believed_held(runs: Sequence[Telemetry]) -> bool:
     """Return whether wheels' commands are believed to hold from sample to sample."""
     if not runs or runs[0].wheels is None or runs[0].wheels.motors is None:
         return False
-    return runs[0].wheels.motors.period >= (1.0 - ROUNDING) * _usual_interval(runs[0])
+    return runs[0].wheels.motors.period >= (1.0 - ROUNDING) * usual_interval(runs[0])
 
 
 def in_phase(run: Telemetry, phase: float, *, commanded: bool) -> Telemetry:
@@ -75,7 +77,7 @@ def in_phase(run: Telemetry, phase: float, *, commanded: bool) -> Telemetry:
     return run.with_motors(lambda motors: replace(motors, torque_phase=phase))
 
 
-def _usual_interval(run: Telemetry) -> float:
+def usual_interval(run: Telemetry) -> float:
     """Return the interval between samples of the actuators, s."""
     return float(np.median(np.diff(run.actuator_time)))
 
@@ -92,25 +94,35 @@ def _with(run: Telemetry, scatter: UnitSeries, behind: float, before: float) -> 
     return replace(run, wheels=replace(run.wheels, scatter=known))
 
 
-def _twice(run: Telemetry) -> Telemetry:
+def twice_a_sample(run: Telemetry) -> Telemetry:
     """Return a run whose commands change once more between samples at least: where they jump, nothing is compared."""
-    half = 0.5 * _usual_interval(run)
+    half = 0.5 * usual_interval(run)
     return run.with_motors(lambda motors: replace(motors, period=min(motors.period, half)))
 
 
-def _changing(run: Telemetry, next_share: float) -> Telemetry:
+def share_of_next(periods: int) -> float:
+    """Return the share of the next sample in the mean of commands that hold for an n-th of the interval."""
+    return 0.5 - 0.5 / periods
+
+
+def periods_of(next_share: float) -> int:
+    """Return the number of control periods in an interval by the share of the next sample, `share_of_next`."""
+    fewest, most = _PERIODS
+    return int(np.clip(round(1.0 / max(1.0 - 2.0 * next_share, 1.0 / most)), fewest, most))
+
+
+def changing_between(run: Telemetry, next_share: float) -> Telemetry:
     """Return a run whose commands change between samples.
 
     Args:
         run: in which they are believed to hold.
-        next_share: of the next sample in the mean: 1/2 - 1/(2 n) of commands that hold for an n-th of the interval.
+        next_share: of the next sample in the mean.
     """
     assert run.wheels is not None
-    fewest, most = _PERIODS
-    periods = int(np.clip(round(1.0 / max(1.0 - 2.0 * next_share, 1.0 / most)), fewest, most))
+    periods = periods_of(next_share)
     scatter = run.wheels.scatter and replace(run.wheels.scatter, unbelieved=True)
     known = replace(run, wheels=replace(run.wheels, scatter=scatter))
-    return known.with_motors(lambda motors: replace(motors, period=_usual_interval(run) / periods))
+    return known.with_motors(lambda motors: replace(motors, period=usual_interval(run) / periods))
 
 
 def _scatter(runs: Sequence[Telemetry]) -> list[UnitSeries] | None:
@@ -150,7 +162,7 @@ def _response(smooth: Sequence[Telemetry], scatter: Sequence[UnitSeries]) -> Coe
 
 def _columns(smooth: Telemetry, impulses: Impulses, scatter: UnitSeries) -> Array:
     """Return what the motion took, then what may explain it, shape (1 + 6, L, W), N·m·s."""
-    interval, whole = impulses.interval[:, None], _usual_interval(smooth)
+    interval, whole = impulses.interval[:, None], usual_interval(smooth)
     held = smooth.with_motors(lambda motors: replace(motors, period=whole))
     now, following = (impulses_of(in_phase(held, phase, commanded=True), commanded=True) for phase in (0.0, 1.0))
     assert now is not None

@@ -84,6 +84,19 @@ def _beside_line(time: Series, values: UnitSeries, jump: Flags | None) -> UnitSe
     return whole
 
 
+def bends(run: Telemetry, motors: Motors) -> UnitSeries:
+    """Return by how much impulses of smooth torques are beside those on lines between samples, (K - 1, W), N·m·s.
+
+    Args:
+        run: with K samples of its W wheels.
+        motors: which torques, and how motors give them.
+    """
+    assert run.wheels is not None
+    sampled, time = run.wheels.torque_command if motors.commanded else run.wheels.torque, run.actuator_time
+    assert sampled is not None
+    return _beside_line(time, sampled, motors.jumps(sampled, time)) * np.diff(time)[:, None]
+
+
 def torques_between(run: Telemetry, wheels: WheelTelemetry, motors: Motors) -> tuple[UnitSeries, UnitSeries, Array]:
     """Return `torque`, `last` and `unseen` of `Impulses`, each of shape (L, W).
 

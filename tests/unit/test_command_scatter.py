@@ -9,7 +9,7 @@ import pytest
 
 from support.wheel_telemetry import PERIOD, commanded_wheels, undersampled_wheels
 from testbed.estimation.telemetry import Telemetry
-from testbed.prediction.command_phase import with_command_phase
+from testbed.prediction.command_phase import command_phase, with_command_phase
 from testbed.prediction.command_scatter import believed_held, found_changing, with_command_scatter
 from testbed.prediction.wheel_impulses import impulses_of
 
@@ -45,6 +45,18 @@ def test_commands_that_are_believed_to_hold_and_do_not_are_found(seed):
     (known,) = with_command_phase([undersampled_wheels(5, seed)])
     assert not believed_held([known])
     assert found_changing([known])
+
+
+@pytest.mark.parametrize("periods", [2, 5, 10])
+@pytest.mark.parametrize("seed", [79, 80])
+def test_commands_that_change_smoothly_in_between_do_not_hold_at_a_phase(periods, seed):
+    """They lay on lines between samples, less than a factor of motors that nobody has."""
+    (known,) = with_command_phase([undersampled_wheels(periods, seed, scatter=0.0, rates=(0.9, 2.3, 5.1))])
+    assert found_changing([known])
+    assert known.wheels is not None
+    assert known.wheels.motors is not None
+    assert known.wheels.motors.period == pytest.approx(PERIOD / periods, rel=1e-6)
+    assert command_phase([known]) == 0.0
 
 
 @pytest.mark.parametrize("seed", [75, 76, 77])
