@@ -60,7 +60,7 @@ class Orbit(Section):
     mean_motion_rad_s: Annotated[float, Field(gt=0)] | None = None
     """How fast the orbit is flown around; or altitude_m."""
     magnetic_field_T: Three[MagneticField] = _NOTHING
-    """The Earth's magnetic field, local axes, constant over the flight."""
+    """The Earth's magnetic field, local axes, which turn with the orbit; constant in them over the flight."""
     magnetic_dipole_A_m2: Three[Dipole] = _NOTHING
     """Magnetic dipole that the platform is believed to have, body axes."""
     torque_N_m: Three[SignedTorque] = _NOTHING
