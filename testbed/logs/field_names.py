@@ -29,6 +29,7 @@ _SINGLE = re.compile(r"(^|_)rw$", re.IGNORECASE)
 """Names that end in a letter of an axis and are whole words: a reaction wheel."""
 _TIME = re.compile(
     r"^(t|time|timestamp|time_?stamp|stamp|epoch|clock|date[_ /]?time|utc|tow|elapsed|zeit|unix_?time"
+    r"|met|mission[ _]?(elapsed[ _]?)?time"
     r"|(time|ms|us|seconds)?[ _]*since[ _]*(boot|start|power[ _]?up))$"
 )
 _SCALE = re.compile(r"\s*[\[(](utc|gmt|tai|gps|iso ?8601)[\])]$", re.IGNORECASE)

@@ -319,6 +319,11 @@ STAMPS = ["2026-11-25T10:00:00.0Z", "2026-11-25T10:00:00.1Z"]
             {"body_rate": "rad/s", "wheel_speed": "rad/s"},
         ),
         (
+            ["MET_ms", "gx", "gy", "gz", "rw_a_rpm", "rw_b_rpm", "rw_c_rpm"],
+            ["0.0", "100.0"],
+            {"body_rate": "rad/s", "wheel_speed": "rpm"},
+        ),
+        (
             ["time", "gx", "gy", "gz", "rw_a_rpm", "rw_b_rpm", "rw_c_rpm", "rw_d_rpm"],
             ["0.0", "0.1"],
             {"body_rate": "rad/s", "wheel_speed": "rpm"},
