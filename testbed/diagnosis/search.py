@@ -239,22 +239,33 @@ class Search:
         return rebuilt
 
     def _with_own_classes(self, state: Diagnosis) -> Diagnosis:
-        """Return a diagnosis in which no effect has the class of another, which was the best one when it was added.
-
-        Its own class is that of the hypotheses which explain as much beside all others in the model.
-        """
+        """Return a diagnosis in which no effect has the class of another, which was the best one when it was added."""
         for index, step in enumerate(state.steps):
-            if any(other.key == step.candidate.key for other in step.screening.close):
-                continue
-            try:
-                _, screening = self._compared_without(state, index)
-            except InputError:  # without it the motion runs away: its class stays as it is known
-                continue
-            found = next((each for each in screening.candidates if each.key == step.candidate.key), None)
-            if found is not None:
-                own = replace(step, candidate=found, screening=screening)
-                state = replace(state, steps=(*state.steps[:index], own, *state.steps[index + 1 :]))
+            if not any(other.key == step.candidate.key for other in step.screening.close):
+                state = self._classed(state, index)
         return state
+
+    def classed_anew(self, state: Diagnosis) -> Diagnosis:
+        """Return a diagnosis in which every effect has its class in the present noise."""
+        for index in range(len(state.steps)):
+            state = self._classed(state, index)
+        return state
+
+    def _classed(self, state: Diagnosis, index: int) -> Diagnosis:
+        """Return a diagnosis in which an effect has the class of what explains as much beside all others in the model.
+
+        As it is where the motion runs away without it, or the effect is not among what is promising.
+        """
+        step = state.steps[index]
+        try:
+            _, screening = self._compared_without(state, index)
+        except InputError:
+            return state
+        found = next((each for each in screening.candidates if each.key == step.candidate.key), None)
+        if found is None:
+            return state
+        own = replace(step, candidate=found, screening=screening)
+        return replace(state, steps=(*state.steps[:index], own, *state.steps[index + 1 :]))
 
 
 def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
