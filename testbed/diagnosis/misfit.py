@@ -24,7 +24,8 @@ import numpy as np
 
 from testbed.arrays import Array, Series
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.fitting import damped, fitted_initial_rates, pushing_out
+from testbed.diagnosis.descent import damped, pushing_out
+from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.keeping import part
 from testbed.diagnosis.model import Fit, evaluated, moved, orthonormal, recurring
 from testbed.diagnosis.p_values import exceeded, p_value

@@ -8,7 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
-import testbed.diagnosis.fitting
+import testbed.diagnosis.descent
 import testbed.diagnosis.screening
 import testbed.library.prepared_records
 import testbed.outputs.diagnosis_parts
@@ -58,8 +58,8 @@ def steps():
     """Counts the trials of all searches for parameters."""
     taken = []
     with pytest.MonkeyPatch.context() as patch:
-        trial = testbed.diagnosis.fitting._better
-        patch.setattr(testbed.diagnosis.fitting, "_better", lambda *given: taken.append(0) or trial(*given))
+        trial = testbed.diagnosis.descent._better
+        patch.setattr(testbed.diagnosis.descent, "_better", lambda *given: taken.append(0) or trial(*given))
         yield taken
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.diagnosis.fitting import _Around
+from testbed.diagnosis.descent import _Around
 from testbed.diagnosis.model import _normal_of_windows
 from testbed.diagnosis.window_noise import WindowNoise
 from testbed.estimation.torque_noise import covariance, torque_noise
