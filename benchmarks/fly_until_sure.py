@@ -202,19 +202,22 @@ def counts(done: Sequence[Campaign]) -> Iterator[str]:
     yield f"e-values above {1 / ALPHA:g} after any flight without an effect: {rate(passed, len(null))}"
 
 
+def kept() -> dict[str, dict[str, Any]]:
+    """Return the campaigns that are kept, by seed and name."""
+    return json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
+
+
 def restore(folder: Path, seed: int) -> None:
     """Write the files of campaigns of a seed that are kept and not in the folder."""
-    kept = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
-    for name, campaign in kept.get(str(seed), {}).items():
+    for name, campaign in kept().get(str(seed), {}).items():
         if not (folder / f"{name}.json").exists():
             write_json(folder / f"{name}.json", campaign)
 
 
 def keep(folder: Path, seed: int) -> None:
     """Keep the campaigns of a seed that are in the folder."""
-    kept = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
     campaigns = {file.stem: json.loads(file.read_text(encoding="utf-8")) for file in sorted(folder.glob("*.json"))}
-    write_json(KEPT, kept | {str(seed): campaigns})
+    write_json(KEPT, kept() | {str(seed): campaigns})
 
 
 def main() -> None:

@@ -220,7 +220,7 @@ _QUIETER = 1.5
 """Times less noise than before from which on classes are compared anew.
 
 Source: chosen: evidence then counts more than twice. What a model lacks had passed for a colour of the noise: of a
-CubeSat's drag 4 of the 300 by which it was ahead of another one were seen."""
+CubeSat's drag 4 of the 1,250 by which it was ahead of another one were seen."""
 
 
 def _is_far_quieter(state: Diagnosis, before: Diagnosis) -> bool:

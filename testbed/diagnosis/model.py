@@ -376,6 +376,7 @@ def chi_square_at(runs: Runs, placed: Sequence[Hypothesis], values: Values) -> f
         InputError: the motion is not found from the measured one, or leaves the finite numbers.
     """
     hooks, tried = [each.hooks for each in placed], replace(values, as_trial=True)
+    # With one derivative: numbers without any round otherwise, and the motion would be searched for again.
     samples, _ = predicted_with_derivatives(runs.grid, hooks, tried, range(1), predicted_channels)
     residual, _ = _residual_and_beliefs(runs, placed, values, samples)
     return float(residual @ residual)

@@ -61,10 +61,10 @@ def torque_noise(
     contrasts = np.linalg.svd(np.ones((1, usual)))[2][1:]
     axes = [_Axis(time, contrasts, windows[:, :, axis]) for axis in range(3)]
     near = [None] * len(axes) if begun is None else list(begun)
-    if least is None:
-        return np.stack([axis.likeliest(None, one) for axis, one in zip(axes, near, strict=True)])
-    known = zip(axes, near, least, strict=True)
-    return np.stack([axis.likeliest(float(own[-1]), one) for axis, one, own in known]).clip(min=least)
+    forgotten = [None] * len(axes) if least is None else [float(own[-1]) for own in least]
+    known = zip(axes, forgotten, near, strict=True)
+    found = np.stack([axis.likeliest(time_constant, one) for axis, time_constant, one in known])
+    return found if least is None else found.clip(min=least)
 
 
 def covariance(time: Series, noise: Array) -> Array:

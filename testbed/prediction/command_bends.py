@@ -11,19 +11,18 @@ the place on the line is that of a whole number of periods: what is asked for is
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.estimation.telemetry import CommandScatter, Telemetry
+from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_scatter import (
+    asked_if_held,
     changing_between,
-    in_phase,
     periods_of,
     share_of_next,
     twice_a_sample,
-    usual_interval,
+    with_scatter,
 )
 from testbed.prediction.impulse_noise import SURELY, Coefficients, explained_by_wheel
 from testbed.prediction.wheel_commands import Motors, bends
@@ -68,19 +67,14 @@ def _of_all(found: Sequence[Coefficients], column: int) -> tuple[float, float]:
 
 def _columns(smooth: Telemetry, impulses: Impulses) -> Array:
     """Return what the motion took, then what may explain it, shape (1 + 5, L, W), N·m·s."""
-    wheels, whole = smooth.wheels, usual_interval(smooth)
-    held = smooth.with_motors(lambda motors: replace(motors, period=whole))
-    now, following = (impulses_of(in_phase(held, phase, commanded=True), commanded=True) for phase in (0, 1))
+    wheels = smooth.wheels
     assert wheels is not None
     assert wheels.motors is not None
-    assert now is not None
-    assert following is not None
     bend = bends(smooth, Motors(wheels.wheels.torque_limit, wheels.motors, commanded=True))
-    return np.stack([impulses.needed, now.asked, following.asked - now.asked, bend, impulses.turned, impulses.directed])
+    return np.stack([impulses.needed, *asked_if_held(smooth), bend, impulses.turned, impulses.directed])
 
 
 def _without_scatter(run: Telemetry) -> Telemetry:
     """Return a run of whose commands nothing scatters."""
     assert run.wheels is not None
-    none = CommandScatter(samples=np.zeros_like(run.wheels.momentum), behind=0.0, before=0.0)
-    return replace(run, wheels=replace(run.wheels, scatter=none))
+    return with_scatter(run, np.zeros_like(run.wheels.momentum), 0.0, 0.0)

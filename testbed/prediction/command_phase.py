@@ -34,8 +34,10 @@ def with_command_phase(runs: Sequence[Telemetry]) -> list[Telemetry]:
     if not believed_held(runs):
         return _with_phase(with_command_scatter(runs), commanded=True)
     held = _with_phase(runs, commanded=True)
-    changing = with_command_scatter(runs) if command_phase(held) else list(runs)
-    if command_phase(held) and believed_held(changing):
+    if not command_phase(held):
+        return held
+    changing = with_command_scatter(runs)
+    if believed_held(changing):
         changing = with_bent_commands(runs)
     return held if believed_held(changing) else _with_phase(changing, commanded=True)
 

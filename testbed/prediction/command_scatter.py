@@ -48,12 +48,12 @@ def with_command_scatter(runs: Sequence[Telemetry]) -> list[Telemetry]:
         return list(runs)
     held = believed_held(runs)
     response = _response(
-        [_with(twice_a_sample(run), each, 0.0, 0.0) for run, each in zip(runs, scatter, strict=True)], scatter
+        [with_scatter(twice_a_sample(run), each, 0.0, 0.0) for run, each in zip(runs, scatter, strict=True)], scatter
     )
     if response is None or (held and not _passes(response)):
         return list(runs)
     behind, before, next_share = response.values.tolist()
-    known = [_with(run, each, behind, before) for run, each in zip(runs, scatter, strict=True)]
+    known = [with_scatter(run, each, behind, before) for run, each in zip(runs, scatter, strict=True)]
     return [changing_between(run, next_share) for run in known] if held else known
 
 
@@ -88,7 +88,8 @@ def found_changing(runs: Sequence[Telemetry]) -> bool:
     return known is not None and known.unbelieved
 
 
-def _with(run: Telemetry, scatter: UnitSeries, behind: float, before: float) -> Telemetry:
+def with_scatter(run: Telemetry, scatter: UnitSeries, behind: float, before: float) -> Telemetry:
+    """Return a run of whose commands so much scatters, shape (K, W), N·m, and acts as `CommandScatter` has it."""
     assert run.wheels is not None
     known = CommandScatter(samples=scatter, behind=behind, before=before)
     return replace(run, wheels=replace(run.wheels, scatter=known))
@@ -160,20 +161,33 @@ def _response(smooth: Sequence[Telemetry], scatter: Sequence[UnitSeries]) -> Coe
     return Coefficients(covariance @ np.sum([own @ values for values, own in pairs], axis=0), covariance)
 
 
-def _columns(smooth: Telemetry, impulses: Impulses, scatter: UnitSeries) -> Array:
-    """Return what the motion took, then what may explain it, shape (1 + 6, L, W), N·m·s."""
-    interval, whole = impulses.interval[:, None], usual_interval(smooth)
-    held = smooth.with_motors(lambda motors: replace(motors, period=whole))
+def asked_if_held(run: Telemetry) -> tuple[UnitSeries, UnitSeries]:
+    """Return impulses by commands that hold from sample to sample, and by how much the next sample's are more.
+
+    Args:
+        run: whatever its commands are believed to do.
+
+    Returns:
+        Both of shape (L, W), N·m·s.
+    """
+    whole = usual_interval(run)
+    held = run.with_motors(lambda motors: replace(motors, period=whole))
     now, following = (impulses_of(in_phase(held, phase, commanded=True), commanded=True) for phase in (0.0, 1.0))
     assert now is not None
     assert following is not None
+    return now.asked, following.asked - now.asked
+
+
+def _columns(smooth: Telemetry, impulses: Impulses, scatter: UnitSeries) -> Array:
+    """Return what the motion took, then what may explain it, shape (1 + 6, L, W), N·m·s."""
+    interval, (asked, more) = impulses.interval[:, None], asked_if_held(smooth)
     return np.stack(
         [
             impulses.needed,
             scatter[:-1] * interval,
             scatter[1:] * interval,
-            following.asked - now.asked,
-            now.asked,
+            more,
+            asked,
             impulses.turned,
             impulses.directed,
         ]

@@ -50,7 +50,7 @@ def test_commands_that_are_believed_to_hold_and_do_not_are_found(seed):
 @pytest.mark.parametrize("periods", [2, 5, 10])
 @pytest.mark.parametrize("seed", [79, 80])
 def test_commands_that_change_smoothly_in_between_do_not_hold_at_a_phase(periods, seed):
-    """They lay on lines between samples, less than a factor of motors that nobody has."""
+    """Taken to lie on lines between samples, they left a factor of motors that nobody has."""
     (known,) = with_command_phase([undersampled_wheels(periods, seed, scatter=0.0, rates=(0.9, 2.3, 5.1))])
     assert found_changing([known])
     assert known.wheels is not None
