@@ -60,6 +60,11 @@ def column_problems(columns: Sequence[str]) -> list[str]:
     if blank:
         return [f"column names begin or end with a blank, such as {blank[0]!r}: take the blanks out of the header"]
     present = {si_column(column) for column in columns}
+    if not any(present_signals(present)):
+        return [
+            f"none of its columns is a channel of a record: {', '.join(columns)}; if it is the log of another program, "
+            "testbed import makes a record of it, and testbed import LOG --guess proposes how"
+        ]
     return [
         *(problem for column in columns if (problem := foreign_column_problem(column))),
         *(f"column {column} appears {count} times" for column, count in Counter(columns).items() if count > 1),

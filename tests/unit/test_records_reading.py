@@ -188,6 +188,13 @@ def test_missing_columns_are_refused(write, left_out, message):
     assert message in refusal(write(columns))
 
 
+def test_a_log_of_another_program_is_referred_to_the_import(write):
+    message = refusal(write({"MET_ms": np.arange(ROWS), "GYR_P_dps": np.zeros(ROWS)}))
+    assert "none of its columns is a channel of a record: MET_ms, GYR_P_dps" in message
+    assert "testbed import LOG --guess" in message
+    assert "missing" not in message, "one thing is wrong with it"
+
+
 @pytest.mark.parametrize(
     ("right", "wrong", "remedy"),
     [
