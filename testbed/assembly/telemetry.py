@@ -292,12 +292,13 @@ def _control_period(scenario: BodyScenario, time: Series) -> float:
     """Return the period of the control loop, s.
 
     Samples are taken on the control clock, so that one which is too slow for them is taken as fast as it has to be; so
-    is that of a platform which is only measured, as nothing says how fast it is.
+    is that of a platform which is only measured and whose scenario does not say how fast it is.
     """
     interval = float(np.median(np.diff(time)))
-    if not isinstance(scenario, Scenario):
-        return interval
-    return interval / max(ceil(interval * scenario.simulation.control_rate_hz - _CLOCK_JITTER), 1)
+    rate = scenario.diagnosis.control_rate_hz
+    if rate is None and isinstance(scenario, Scenario):
+        rate = scenario.simulation.control_rate_hz
+    return interval if rate is None else interval / max(ceil(interval * rate - _CLOCK_JITTER), 1)
 
 
 def _channel(record: Record, name: str, time: Series) -> Array | None:

@@ -38,8 +38,7 @@ def _phase_notice(runs: Runs) -> Iterator[str]:
     if found_changing(runs.grid.runs):
         yield (
             "wheel_torque_command changes several times between its samples, as the wheels' speeds show, and does not "
-            "hold from one to the next: compared so; a scenario that flies states the controller's rate, "
-            "simulation.control_rate_hz"
+            "hold from one to the next: compared so; diagnosis.control_rate_hz states the controller's rate"
         )
     elif phase := command_phase(runs.grid.runs):
         yield (

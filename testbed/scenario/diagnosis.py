@@ -28,6 +28,10 @@ class Diagnosis(Section):
     applied_torque: Literal["sampled", "held"] = "sampled"
     """What a sample of `applied_torque` says: the torque at its time, with straight lines between samples, or the
     torque from its time until the next sample, as a flight computer commands it."""
+    control_rate_hz: Rate | None = None
+    """Rate at which the controller of the measured flights commands gimbals and wheels; omitted: that of [simulation].
+    Of a platform that is only measured, commands are believed to change no faster than they are sampled, unless the
+    wheels' speeds show that they do."""
     accept: Annotated[tuple[Doubt, ...], Strict(False), Distinct] = ()
     """Doubts in spite of which records are used, as somebody knows better than the gate that refuses them for one; its
     message names the word. `body_rate`: they turn faster than 20 rad/s; `unit`: the gyro seems to be in another unit;

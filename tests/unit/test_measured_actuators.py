@@ -14,6 +14,8 @@ import tomli_w
 
 import testbed as tb
 from support.thrusters import body_scenario
+from testbed.assembly.platform import nominal_body
+from testbed.assembly.telemetry import telemetry_of
 from testbed.errors import InputError
 from testbed.library.scenarios import require_flyable
 from testbed.records.record import Record, RunDetails
@@ -49,6 +51,21 @@ def test_records_are_estimated_as_with_the_scenario_of_a_flight(name):
     for estimator, estimate in theirs.combined.items():
         np.testing.assert_array_equal(ours.combined[estimator].theta, estimate.theta)
         np.testing.assert_array_equal(ours.combined[estimator].covariance, estimate.covariance)
+
+
+@pytest.mark.parametrize(("stated", "period"), [(None, 0.1), (25.0, 1.0 / 30.0), (3.0, 0.1)])
+def test_the_scenario_states_how_fast_the_controller_commands(stated, period):
+    """Wheels' commands of a flight whose telemetry is sampled at 10 Hz."""
+    _, measured = measured_only("cubesat_wheels")
+    time = np.arange(20) / 10.0
+    wheels = np.zeros((20, 4))
+    channels = {"body_rate": np.zeros((20, 3)), "wheel_speed": wheels, "wheel_torque_command": wheels}
+    details = RunDetails(name="flight")
+    scenario = measured.model_copy(
+        update={"diagnosis": measured.diagnosis.model_copy(update={"control_rate_hz": stated})}
+    )
+    telemetry = telemetry_of(Record(time=time, channels=channels, details=details), scenario, nominal_body(scenario))
+    assert telemetry.wheels.motors.period == pytest.approx(period)
 
 
 def test_what_needs_a_flight_says_which_sections_it_needs(tmp_path):
