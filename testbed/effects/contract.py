@@ -73,6 +73,8 @@ class Parameter:
             effect is next to nothing, so that this parameter changes nothing.
         plausible: what hardware shows, from least to greatest; a name with a value beyond it carries a warning. Of
             forces and masses, which go with the size of the platform, `PLAUSIBLE_PER_INERTIA` says it.
+        usual_at_bound: whether hardware is beyond what is searched and no sample tells by how much, such as a friction
+            that changes its sign within less of a rate: it carries no warning.
     """
 
     name: str
@@ -83,10 +85,13 @@ class Parameter:
     absent: float = 0.0
     scanned: bool = False
     plausible: tuple[float, float] = (-np.inf, np.inf)
+    usual_at_bound: bool = False
 
     def lies_at_bound(self, value: float) -> bool:
         """Return whether a value lies where a search ends, and not where the effect is absent or as it typically is."""
-        return value in (self.lower, self.upper) and value not in (self.absent, self.typical)
+        if self.usual_at_bound or value in (self.absent, self.typical):
+            return False
+        return value in (self.lower, self.upper)
 
     def growth_on(self, moment: float) -> float:
         """Return how many times as far searches go on a platform of a mean moment of inertia, at least once.

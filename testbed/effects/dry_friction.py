@@ -43,6 +43,7 @@ class DryFriction(Effect):
             absent=_WIDTH,
             scanned=True,
             plausible=(0.0, 0.2),
+            usual_at_bound=True,
         ),
     )
     sentence = "Dry friction opposes the body rate with the same torque at any rate, as a rig's bearing does."

@@ -155,6 +155,8 @@ class WheelMotors:
         command_phase: share of the period for which a command has held when it is sampled.
         torque_phase: share of the period for which a measured torque goes on when it is sampled; none where it is what
             the motor gave until then, one half where it is what it gives at the instant.
+        near_jumps: whether intervals beside a jump of a torque are compared, in which splines that end there err by a
+            twentieth of what such a torque bends: to see its bends, not to compare impulses by.
     """
 
     viscous_friction: Units
@@ -163,6 +165,7 @@ class WheelMotors:
     period: float
     command_phase: float = 0.0
     torque_phase: float = 0.0
+    near_jumps: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -230,7 +230,10 @@ class Inertia(Part):
 
 
 class Noise(Part):
-    """The gyro's noise in the records against what is stated."""
+    """The gyro's noise in the records against what they state.
+
+    Of records that state none (`gyro_noise_rad_s`), against what the fourth differences of all their samples show.
+    """
 
     ratio_to_stated: ThreeOrNull
     """Measured over stated standard deviation about each body axis, a pure number; null where no run turns about it."""

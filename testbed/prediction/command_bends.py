@@ -5,17 +5,21 @@ the line between two samples. Of one that changes n times it is near the middle 
 smooth one bends, but for 1/n² of that. The two stand or fall by this bend: at 1 Hz, under control at 10 Hz, commands
 that were taken to be sampled at 0.457 of their period missed 1 % of what wheels were asked for, which the factor of
 every motor explained. Where the bend does not show, as in commands that scatter, they are taken to change in between if
-the place on the line is that of a whole number of periods: what is asked for is then known less well.
+the place on the line is that of a whole number of periods: what is asked for is then known less well. So they are where
+it cannot be seen, as beside the jumps of a reference that steps every few samples, which leave no interval to compare.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import Telemetry, WheelMotors
 from testbed.prediction.command_scatter import (
     asked_if_held,
     changing_between,
@@ -36,25 +40,38 @@ _BENT = 0.375
 Source: formula: half of 1 - 1/n² of those that change twice, 0.75; of those that hold it is zero."""
 
 
-def with_bent_commands(runs: Sequence[Telemetry]) -> list[Telemetry]:
+class Place(NamedTuple):
+    """Where on the line between two samples the impulse in between is, as the share of the next one; standard error."""
+
+    share: float
+    error: float
+
+
+def with_bent_commands(runs: Sequence[Telemetry], on_line: Place) -> list[Telemetry]:
     """Return runs whose wheels' commands change between their samples, if impulses show or suggest it; else the same.
 
     Args:
         runs: of one platform, whose commands are believed to hold from sample to sample.
+        on_line: where impulses are if they do, which counts where no smooth interval shows it.
     """
-    smooth = [twice_a_sample(run) for run in runs]
+    smooth = [twice_a_sample(run).with_motors(_near_jumps) for run in runs]
     impulses = [each for each in (impulses_of(run, commanded=True) for run in smooth) if each is not None]
     if len(impulses) < len(runs):
         return list(runs)
     columns = [_columns(run, each) for run, each in zip(smooth, impulses, strict=True)]
     found = explained_by_wheel(impulses, columns, shown=_SHOWN, commanded=True)
-    if not found:
-        return list(runs)
-    (share, doubt), (bent, error) = (_of_all(found, column) for column in (1, 2))
+    if found:
+        (share, doubt), (bent, error) = (_of_all(found, column) for column in (1, 2))
+    else:
+        (share, doubt), (bent, error) = on_line, (0.0, inf)
     surely = bent > max(SURELY * error, _BENT)
     whole = abs(share - share_of_next(periods_of(share))) < SURELY * doubt
     maybe = whole and bent > _BENT - SURELY * error
     return [changing_between(_without_scatter(run), share) for run in runs] if surely or maybe else list(runs)
+
+
+def _near_jumps(motors: WheelMotors) -> WheelMotors:
+    return replace(motors, near_jumps=True)
 
 
 def _of_all(found: Sequence[Coefficients], column: int) -> tuple[float, float]:

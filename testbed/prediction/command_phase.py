@@ -15,7 +15,7 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.estimation.telemetry import Telemetry, WheelMotors
-from testbed.prediction.command_bends import with_bent_commands
+from testbed.prediction.command_bends import Place, with_bent_commands
 from testbed.prediction.command_scatter import believed_held, in_phase, with_command_scatter
 from testbed.prediction.impulse_noise import SURELY, Coefficients, explained_by_wheel
 from testbed.prediction.wheel_impulses import Impulses, impulses_of
@@ -30,28 +30,35 @@ def with_command_phase(runs: Sequence[Telemetry]) -> list[Telemetry]:
     Args:
         runs: of one platform; its telemetry is sampled at the same phase of the control period in all.
     """
-    runs = _with_phase(runs, commanded=False)
+    runs = _with_phase(runs, _phase(runs, commanded=False), commanded=False)
     if not believed_held(runs):
-        return _with_phase(with_command_scatter(runs), commanded=True)
-    held = _with_phase(runs, commanded=True)
-    if not command_phase(held):
-        return held
+        runs = with_command_scatter(runs)
+        return _with_phase(runs, _phase(runs, commanded=True), commanded=True)
+    found = _phase(runs, commanded=True)
+    if found is None:
+        return list(runs)
     changing = with_command_scatter(runs)
     if believed_held(changing):
-        changing = with_bent_commands(runs)
-    return held if believed_held(changing) else _with_phase(changing, commanded=True)
+        changing = with_bent_commands(runs, found)
+    if believed_held(changing):
+        return _with_phase(runs, found, commanded=True)
+    return _with_phase(changing, _phase(changing, commanded=True), commanded=True)
 
 
-def _with_phase(runs: Sequence[Telemetry], *, commanded: bool) -> list[Telemetry]:
+def _with_phase(runs: Sequence[Telemetry], found: Place | None, *, commanded: bool) -> list[Telemetry]:
+    return list(runs) if found is None else [in_phase(run, found.share, commanded=commanded) for run in runs]
+
+
+def _phase(runs: Sequence[Telemetry], *, commanded: bool) -> Place | None:
+    """Return at which phase of the control period torques are sampled; None where impulses do not show it."""
     now, following = (
         [impulses for run in runs if (impulses := _at_phase(run, phase, commanded=commanded)) is not None]
         for phase in (0.0, 1.0)
     )
     if len(now) < len(runs):
-        return list(runs)
+        return None
     columns = [_columns(one, other) for one, other in zip(now, following, strict=True)]
-    phase = _common([_of_wheel(each) for each in explained_by_wheel(now, columns, shown=1, commanded=commanded)])
-    return [in_phase(run, phase, commanded=commanded) for run in runs] if phase else list(runs)
+    return _common([_of_wheel(each) for each in explained_by_wheel(now, columns, shown=1, commanded=commanded)])
 
 
 def command_phase(runs: Sequence[Telemetry]) -> float:
@@ -70,17 +77,18 @@ def _motors_of(runs: Sequence[Telemetry]) -> WheelMotors | None:
     return next((run.wheels.motors for run in runs if run.wheels is not None and run.wheels.motors is not None), None)
 
 
-def _common(by_wheel: Sequence[tuple[float, float]]) -> float:
-    """Return the phase that the median wheel has; 0 where it shows none.
+def _common(by_wheel: Sequence[tuple[float, float]]) -> Place | None:
+    """Return the phase that the median wheel has, and the median standard error; None where it shows none.
 
     Args:
         by_wheel: phase and its standard error.
     """
     if not by_wheel:
-        return 0.0
+        return None
     phase, error = np.transpose(by_wheel)
-    surely = np.median(phase / error) > SURELY
-    return float(np.clip(np.median(phase), 0.0, 1.0)) if surely else 0.0
+    share = float(np.clip(np.median(phase), 0.0, 1.0))
+    surely = share > 0.0 and np.median(phase / error) > SURELY
+    return Place(share, float(np.median(error))) if surely else None
 
 
 def _of_wheel(found: Coefficients) -> tuple[float, float]:

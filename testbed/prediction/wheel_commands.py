@@ -113,7 +113,7 @@ def torques_between(run: Telemetry, wheels: WheelTelemetry, motors: Motors) -> t
     scatter = wheels.scatter if motors.commanded else None
     smooth = sampled if scatter is None else sampled - scatter.samples
     jump = motors.jumps(sampled, time)
-    doubted = beside(jump)
+    doubted = jump if motors.motors.near_jumps else beside(jump)
     gap, held = incomplete(run), motors.mean(smooth, time, jump)
     torque = held.copy()
     if scatter is not None:  # it is over when the interval ends
