@@ -246,17 +246,17 @@ def _wheels(record: Record, scenario: BodyScenario, nominal: Body, time: Series)
         wheels=nominal.wheels,
         momentum=speed * nominal.wheels.spin_inertia,
         torque=_channel(record, "wheel_torque", time),
-        torque_command=_channel(record, "wheel_torque_command", time),
-        motors=_motors(scenario, time),
+        torque_command=_command(record, "wheel_torque_command", scenario, time),
+        motors=_motors(scenario, _period(record, "wheel_torque_command", scenario, time)),
     )
 
 
-def _motors(scenario: BodyScenario, time: Series) -> WheelMotors:
+def _motors(scenario: BodyScenario, period: float) -> WheelMotors:
     return WheelMotors(
         viscous_friction=each_wheel(scenario, "viscous_friction_N_m_s_rad"),
         coulomb_friction=each_wheel(scenario, "coulomb_friction_N_m"),
         loop_bandwidth=each_wheel(scenario, "speed_loop_bandwidth_rad_s"),
-        period=_control_period(scenario, time),
+        period=period,
     )
 
 
@@ -270,13 +270,13 @@ def _gimbals(
         angle=angle,
         rotor_momentum=None if rotor_speed is None else rotor_speed * cluster.rotor_spin_inertia,
         torque=_channel(record, "gimbal_torque", time),
-        servo=_servo(scenario, time),
+        servo=_servo(scenario, _period(record, "gimbal_rate_command", scenario, time)),
     )
-    command = _channel(record, "gimbal_rate_command", time)
+    command = _command(record, "gimbal_rate_command", scenario, time)
     return gimbals if command is None else gimbals.commanded(command)
 
 
-def _servo(scenario: BodyScenario, time: Series) -> Servo:
+def _servo(scenario: BodyScenario, period: float) -> Servo:
     """Return what is known of the gimbals' servo."""
     gyros = scenario.gyros
     bandwidth = gyros.servo_bandwidth
@@ -284,7 +284,7 @@ def _servo(scenario: BodyScenario, time: Series) -> Servo:
         bandwidth=bandwidth,
         stiffness=stiffness_of(bandwidth, gyros.servo_damping_ratio),
         rate_limit=gyros.gimbal_rate_limit,
-        period=_control_period(scenario, time),
+        period=period,
     )
 
 
@@ -299,6 +299,47 @@ def _control_period(scenario: BodyScenario, time: Series) -> float:
     if rate is None and isinstance(scenario, Scenario):
         rate = scenario.simulation.control_rate_hz
     return interval if rate is None else interval / max(ceil(interval * rate - _CLOCK_JITTER), 1)
+
+
+def _period(record: Record, command: str, scenario: BodyScenario, time: Series) -> float:
+    """Return for how long a command is held at given times, s; a mean of what is known in between holds until the next.
+
+    Args:
+        record: with the command or without.
+        command: name of its channel.
+        scenario: how fast the controller is.
+        time: at which `_command` gives it.
+    """
+    if command in record.channels and _holds_apart(scenario, sampled(record, command)[0], time):
+        return float(np.median(np.diff(time)))
+    return _control_period(scenario, time)
+
+
+def _command(record: Record, name: str, scenario: BodyScenario, time: Series) -> Array | None:
+    """Return a channel of commands at given times; None where it was not sent.
+
+    A command that was recorded at other times, such as those at which it changes, holds from its sample until the next
+    one: at each time stands its mean until the next time. Of one that the controller changes more often than it is
+    recorded only lines from sample to sample are known.
+    """
+    if name not in record.channels:
+        return None
+    known, values = sampled(record, name)
+    if not _holds_apart(scenario, known, time):
+        return _channel(record, name, time)
+    ends = np.append(time, 2.0 * time[-1] - time[-2])
+    first, last = min(known[0], ends[0]), max(known[-1], ends[-1]) + 1.0
+    knots = np.concatenate([[first], known[1:], [last]])
+    total = np.concatenate([np.zeros_like(values[:1]), np.cumsum(values * np.diff(knots)[:, None], axis=0)])
+    at_ends = np.stack([np.interp(ends, knots, column) for column in total.T], axis=1)
+    return np.asarray(np.diff(at_ends, axis=0) / np.diff(ends)[:, None])
+
+
+def _holds_apart(scenario: BodyScenario, known: Series, time: Series) -> bool:
+    """Return whether a command that was recorded at other times than the given ones holds from sample to sample."""
+    if len(known) < 2 or np.array_equal(known, time):
+        return False
+    return _control_period(scenario, known) >= (1.0 - _CLOCK_JITTER) * float(np.median(np.diff(known)))
 
 
 def _channel(record: Record, name: str, time: Series) -> Array | None:

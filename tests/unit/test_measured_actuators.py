@@ -68,6 +68,48 @@ def test_the_scenario_states_how_fast_the_controller_commands(stated, period):
     assert telemetry.wheels.motors.period == pytest.approx(period)
 
 
+def commanded(time, rows, command, stated=None):
+    """What is known of a wheel whose speed is sampled at all times, and its command in some rows."""
+    scenario = body_scenario(RIG + ("" if stated is None else f"\n[diagnosis]\ncontrol_rate_hz = {stated}\n"), "rig.toml")
+    torque = np.full((len(time), 1), np.nan)
+    torque[rows, 0] = command
+    rate = np.sin(time)[:, None] * [np.nan, np.nan, 1.0]
+    channels = {"body_rate": rate, "wheel_speed": np.zeros((len(time), 1)), "wheel_torque_command": torque}
+    record = Record(time=time, channels=channels, details=RunDetails(name="flight"))
+    wheels = telemetry_of(record, scenario, nominal_body(scenario)).wheels
+    return wheels.torque_command[:, 0], wheels.motors.period
+
+
+def test_a_command_that_is_recorded_where_it_changes_holds_until_then():
+    """A healthy rig's motor seemed to be late by half of an interval between speeds, as commands went on lines."""
+    time = np.arange(20) / 20.0
+    torque, period = commanded(time, [0, 4, 6, 15], [1e-3, 2e-3, -1e-3, 5e-4])
+    np.testing.assert_allclose(torque, np.repeat([1e-3, 2e-3, -1e-3, 5e-4], [4, 2, 9, 5]), rtol=1e-12)
+    assert period == pytest.approx(0.05)
+
+
+def test_commands_between_speeds_count_by_their_mean():
+    """Rows of the gyro at 40 Hz, speeds at 20 Hz, and a command that changes in a row between two of them."""
+    record_time = np.arange(40) / 40.0
+    speed, torque = np.full((40, 1), np.nan), np.full((40, 1), np.nan)
+    speed[::2] = 0.0
+    torque[[0, 7], 0] = 1e-3, 3e-3
+    rate = np.sin(record_time)[:, None] * [np.nan, np.nan, 1.0]
+    channels = {"body_rate": rate, "wheel_speed": speed, "wheel_torque_command": torque}
+    scenario = body_scenario(RIG, "rig.toml")
+    record = Record(time=record_time, channels=channels, details=RunDetails(name="flight"))
+    wheels = telemetry_of(record, scenario, nominal_body(scenario)).wheels
+    np.testing.assert_allclose(wheels.torque_command[:, 0], [1e-3] * 3 + [2e-3] + [3e-3] * 16, rtol=1e-12)
+
+
+def test_a_command_of_several_goes_on_lines():
+    """One row in four of what a controller commands at 20 Hz."""
+    time, rows = np.arange(20) / 20.0, [0, 4, 8, 12, 16]
+    torque, period = commanded(time, rows, np.arange(5) * 1e-3, stated=20.0)
+    np.testing.assert_allclose(torque[:17], time[:17] * 5e-3, atol=1e-12)
+    assert period == pytest.approx(0.05)
+
+
 def test_what_needs_a_flight_says_which_sections_it_needs(tmp_path):
     _, measured = measured_only("cubesat_wheels")
     with pytest.raises(InputError, match=r"has none of \[controller\], \[limits\], \[maneuver\], \[simulation\]"):
