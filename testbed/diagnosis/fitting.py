@@ -10,7 +10,7 @@ import numpy as np
 from testbed.arrays import Array, Theta
 from testbed.diagnosis.belief import Belief
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.descent import ENOUGH, descended, straight
+from testbed.diagnosis.descent import ENOUGH, ROUGHLY, descended, straight
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
 from testbed.diagnosis.model import Fit, Hypothesis, evaluated, recurring
 from testbed.diagnosis.settings import SETTINGS
@@ -27,7 +27,12 @@ from testbed.prediction.prediction import (
 
 
 def fitted(
-    runs: Runs, placed: Sequence[Hypothesis], theta: Theta, starts: Sequence[Array], near: Fit | None = None
+    runs: Runs,
+    placed: Sequence[Hypothesis],
+    theta: Theta,
+    starts: Sequence[Array],
+    near: Fit | None = None,
+    enough: float = ENOUGH,
 ) -> Fit:
     """Fit inertia, initial rates, trims where they are free, and effects by maximum likelihood.
 
@@ -37,6 +42,7 @@ def fitted(
         theta: to start from, shape (6,), kg·m².
         starts: of each effect's parameters, shapes (K,).
         near: another model of the same runs, with whose initial rates and trims to begin, if that leads straight on.
+        enough: gain in χ² that is no longer searched for.
 
     Raises:
         InputError: the nominal motion leaves the finite numbers.
@@ -52,7 +58,7 @@ def fitted(
         try:
             first = _from_first_samples(runs, each[None], effects)
             close = None if near is None else _with_first_of(near.values, first)
-            found.append(_search(runs, tuple(placed), first, near=close))
+            found.append(_search(runs, tuple(placed), first, near=close, enough=enough))
         except InputError:  # the motion runs away
             if number == len(begun) and not found:
                 raise
@@ -179,8 +185,6 @@ _NOISE_ROUNDS = 8
 torque, the lag and delay of the quadcopter of data/crazyflie take six to a hundredth of their deviance."""
 _NOISE_FOUND = 0.5
 """Change of the deviance after which no further round follows; 6 are what decides between hypotheses."""
-_ROUGHLY = 0.05
-"""Gain in χ² that is no longer searched for between such rounds. Source: chosen, a tenth of that change."""
 
 
 def in_torque_noise(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Runs | None, Fit]:
@@ -202,7 +206,7 @@ def in_torque_noise(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, R
     for _ in range(_NOISE_ROUNDS):
         noise = torque_noise(times, runs.gyro_residual(fit.residual), least, noise)
         runs = replace(runs, torque_noise=noise)
-        fit = refit(runs, fit, _ROUGHLY)
+        fit = refit(runs, fit, ROUGHLY)
         if abs(deviance - fit.deviance) < _NOISE_FOUND:
             break
         deviance = fit.deviance

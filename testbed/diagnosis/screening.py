@@ -13,6 +13,7 @@ from testbed.diagnosis.belief import Shown
 from testbed.diagnosis.candidates import Candidate, Screening, implausibility, mean_over_scan
 from testbed.diagnosis.control_loop import shows_the_loop
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.descent import ROUGHLY
 from testbed.diagnosis.errors_in_variables import taken_out
 from testbed.diagnosis.fitting import all_corrected, fitted, in_torque_noise, refit
 from testbed.diagnosis.misfit import log_evidence
@@ -324,7 +325,7 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
     found: list[Fit] = []
     for start in _starts(runs, signature):
         try:
-            found.append(fitted(runs, placed, fit.theta, [*starts, start], fit))
+            found.append(fitted(runs, placed, fit.theta, [*starts, start], fit, ROUGHLY))
         except InputError:  # the motion runs away
             continue
         lost = _LOST if runs.belief is None else max(_LOST, _LOST_SHARE * signature.score)
@@ -340,7 +341,7 @@ def _from_known(runs: Runs, fit: Fit, known: Fit, placed: Hypothesis) -> tuple[R
     values = dict(zip([each.key for each in known.placed], known.values.effects, strict=True))
     effects = [*fit.placed, placed]
     runs = replace(runs, torque_noise=known.torque_noise)
-    return runs, fitted(runs, effects, known.theta, [values[each.key][0] for each in effects], known)
+    return runs, fitted(runs, effects, known.theta, [values[each.key][0] for each in effects], known, ROUGHLY)
 
 
 def _starts(runs: Runs, signature: Signature) -> Iterator[Array]:

@@ -14,6 +14,8 @@ from testbed.scenario.scenario import Scenario
 
 
 class _Constant(Hooks):
+    needs_rate = False
+
     @override
     def torque(self, value: Array, at: Instant) -> Array:
         return value

@@ -20,6 +20,7 @@ from testbed.scenario.scenario import Scenario
 
 class _Displaced(Hooks):
     needs_attitude = True
+    needs_rate = False
 
     @override
     def torque(self, value: Array, at: Instant) -> Array:

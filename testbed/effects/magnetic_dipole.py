@@ -18,6 +18,7 @@ from testbed.scenario.scenario import Scenario
 
 class _Magnet(Hooks):
     needs_attitude = True
+    needs_rate = False
 
     @override
     def torque(self, value: Array, at: Instant) -> Array:

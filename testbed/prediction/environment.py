@@ -9,11 +9,11 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.dynamics.environment import Orbiting, Pivoted, local_axes, orbit_torque
+from testbed.dynamics.environment import Orbiting, Pivoted, local_axes
 from testbed.prediction.algebra import inertia_matrix
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, Instant
-from testbed.prediction.kernels import cross, turned_back
+from testbed.prediction.kernels import cross, orbit_torques, turned_back
 
 _OUTWARD_L = np.array([0.0, 0.0, 1.0])
 """The z axis of an orbit's local axes, away from the Earth."""
@@ -47,18 +47,18 @@ class OrbitHooks(Hooks):
     """Gravity gradient, field and constant torque on orbit; its parameters are θ."""
 
     needs_attitude = True
+    needs_rate = False
 
     def __init__(self, orbit: Orbiting) -> None:
         """Take the orbit with the believed dipole."""
         self._orbit = orbit
+        gradient = 3.0 * orbit.rate**2 * orbit.gradient
+        self._constants = np.concatenate([[gradient], orbit.dipole_B, orbit.field_L, orbit.torque_L])
 
     @override
     def torque(self, value: Array, at: Instant) -> Array:
-        orbit, local_R = self._orbit, _local_in_run(self._orbit, at)
-        outward_B, field_B, constant_B = (
-            _in_body(each_L, local_R, at) for each_L in (_OUTWARD_L, orbit.field_L, orbit.torque_L)
-        )
-        return orbit_torque(orbit, inertia_matrix(value), outward_B, field_B, constant_B)
+        orbit, (first_NB, time) = self._orbit, np.broadcast_arrays(at.first_NB[:, 0], at.time[..., None])
+        return orbit_torques(first_NB, orbit.rate * time[:, 0, 0], at.attitude, inertia_matrix(value), self._constants)
 
 
 def environment_hooks(grid: Grid) -> Hooks | None:

@@ -314,13 +314,15 @@ class Equations:
         found = np.zeros((len(state) if self._acting else 1, size, size + BESIDE))
         by_state, by_rate, slope = found[..., :size], found[..., size : size + 3], found[..., size + 3]
         for hook, value, own in self._acting.values():
-            attitude, base = 4 * hook.needs_attitude, np.eye(3)
-            steps = 1j * COMPLEX_STEP * np.eye(3 + attitude + hook.states)
+            turning, attitude, base = 3 * hook.needs_rate, 4 * hook.needs_attitude, np.eye(3)
+            by_own = turning + attitude
+            steps = 1j * COMPLEX_STEP * np.eye(max(by_own + hook.states, 1))
+            rates = np.broadcast_to(rate[:, None], (len(state), len(steps), 3))
+            if turning:
+                rates = rates + steps[:, :3]
             if attitude:
-                base = kernels.matrix_of_quaternion(state[..., 3:7] + steps[:, 3:7])
-            at = _instant(
-                known, known.time, rate[:, None] + steps[:, :3], base, state[..., own] + steps[:, 3 + attitude :]
-            )
+                base = kernels.matrix_of_quaternion(state[..., 3:7] + steps[:, turning:by_own])
+            at = _instant(known, known.time, rates, base, state[..., own] + steps[:, by_own:])
             shape = (len(state), len(steps), 3)
             parts = [(slice(0, 3), np.broadcast_to(hook.torque(value, at), shape))] if gives_torque(hook) else []
             if hook.states:
@@ -329,14 +331,15 @@ class Equations:
                 slope[:, rows] += values[:, 0].real
                 if np.iscomplexobj(values):
                     by = np.swapaxes(values.imag, -1, -2) / COMPLEX_STEP
-                    by_rate[:, rows] += by[..., :3]
-                    by_state[:, rows, 3 : 3 + attitude] += by[..., 3 : 3 + attitude]
-                    by_state[:, rows, own] += by[..., 3 + attitude :]
+                    if turning:
+                        by_rate[:, rows] += by[..., :3]
+                    by_state[:, rows, 3 : 3 + attitude] += by[..., turning:by_own]
+                    by_state[:, rows, own] += by[..., by_own:]
         return found
 
     def own_changes(
         self, effects: Sequence[Array], state: Array, body_rate: Array, known: Known
-    ) -> Iterator[tuple[NDArray[np.intp], Array, Array]]:
+    ) -> Iterator[tuple[NDArray[np.intp], Array, Array | None]]:
         """Yield what complex steps of the effects' own parameters change where the motion is as it is.
 
         Args:
@@ -347,7 +350,8 @@ class Equations:
 
         Yields:
             Of each effect that acts: which parameter sets step its own, Q of them; the change of the slope, shape
-            (R W, Q, S), and of the momentum that the effect's states hold, shape (R W, Q, 3).
+            (R W, Q, S), and of the momentum that the effect's states hold, shape (R W, Q, 3). Of one without states the
+            change of the first three slopes alone, shape (R W, Q, 3), and None.
         """
         attitude = kernels.matrix_of_quaternion(state[..., 3:7]) if self._attitude else np.eye(3)
         for place, (hook, _, own) in self._acting.items():
@@ -363,14 +367,18 @@ class Equations:
                 np.broadcast_to(attitude, (*sides, 3, 3)),
                 np.broadcast_to(state[..., own], (*sides, hook.states)),
             )
-            slope, held = np.zeros((*sides, state.shape[-1])), np.zeros((*sides, 3))
             torque_B = hook.torque(chosen, at)
             if not hook.states and not np.iscomplexobj(torque_B):
                 continue
-            slope[..., :3] = torque_B.imag if known.bearing is None else known.bearing.live * torque_B.imag
-            if hook.states:
-                slope[..., own] = hook.state_rate(chosen, at).imag
-                held += hook.hidden_momentum(chosen, at.state).imag
+            turning = np.broadcast_to(torque_B.imag, (*sides, 3))
+            if known.bearing is not None:
+                turning = known.bearing.live * turning
+            if not hook.states:
+                yield stepped, turning, None
+                continue
+            slope = np.zeros((*sides, state.shape[-1]))
+            slope[..., :3], slope[..., own] = turning, hook.state_rate(chosen, at).imag
+            held = np.broadcast_to(hook.hidden_momentum(chosen, at.state).imag, (*sides, 3))
             yield stepped, slope, held
 
     def _hidden(self, state: Array) -> Array:

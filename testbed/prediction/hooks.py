@@ -46,6 +46,7 @@ class Hooks:
     Attributes:
         states: number of further states that the effect integrates.
         needs_attitude: whether its torque depends on the attitude.
+        needs_rate: whether its torque, or its states' rates, depend on ω.
         predicts_gimbals: whether what it changes in the gimbals' channels is predicted, if it acts inside the units.
         quadratic: whether its states have rates that are polynomials of the second degree in them and in ω, and hold a
             momentum that is one in them, while nothing else of the motion counts and it gives no torque: such effects
@@ -54,6 +55,7 @@ class Hooks:
 
     states: int = 0
     needs_attitude: bool = False
+    needs_rate: bool = True
     predicts_gimbals: bool = True
     quadratic: bool = False
 

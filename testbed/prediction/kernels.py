@@ -138,6 +138,33 @@ def turned_back(direction: Array, matrix: Array) -> Array:
     return components
 
 
+def orbit_torques(first: Array, angle: Array, attitude: Array, inertia: Array, constants: Array) -> Array:
+    """Return 3 n² r × J r + m × B and a torque that is constant in local axes, shape (N, P, 3), N·m, body axes.
+
+    As `dynamics.environment.orbit_torque` has it, from the attitude on.
+
+    Args:
+        first: R_NR at each run's first sample, shape (N, 3, 3).
+        angle: by which local axes have turned since those of N, shape (N,), rad.
+        attitude: R_RB, shape (N, P, 3, 3).
+        inertia: J, shape (P or 1, 3, 3), kg·m².
+        constants: 3 n², m, B and the constant torque, B and torque in local axes, shape (10,).
+    """
+    kind = np.result_type(attitude, inertia)
+    sides = len(attitude), max(attitude.shape[1], len(inertia))
+    given = [
+        np.broadcast_to(each.astype(kind, copy=False), (*of, 3, 3))
+        for each, of in ((attitude, sides), (inertia, sides[1:]))
+    ]
+    torque = np.empty((*sides, 3), dtype=kind)
+    fixed = ("f8", 3), ("f8", 1)
+    types = [
+        (*fixed, turned, numbers, ("f8", 1), numbers) for turned, numbers in ((_MATRICES, _REAL), (_TURNED, _CARRYING))
+    ]
+    kept(_orbit_torques, *types)(first, angle, *given, constants, torque)
+    return torque
+
+
 def carried(tangents: Array, start: Array, added: Array) -> Array:
     """Return changes of states at all nodes, each the tangent of the one before and what a step adds.
 
@@ -149,6 +176,19 @@ def carried(tangents: Array, start: Array, added: Array) -> Array:
     changes = np.concatenate([start[:, None], added], axis=1)
     kept(_carry, (_MATRICES, _MATRICES))(tangents, changes)
     return changes
+
+
+def changed_by(added: Array, by: Array, changes: Array, sets: NDArray[np.intp]) -> None:
+    """Add what changes of the first of S slopes, or of a momentum, do to some of P parameter sets, (R, W, P, S).
+
+    Args:
+        added: is changed.
+        by: derivatives by them, shape (R, W, S, K) or more.
+        changes: shape (R W, Q, K).
+        sets: which Q of the parameter sets change.
+    """
+    steps = by.reshape(-1, *by.shape[2:])
+    kept(_change_by, (_REAL, _REAL, ("i8", 1), _REAL))(steps, changes, sets, added.reshape(-1, *added.shape[2:]))
 
 
 def forced(added: Array, by: Array, changes: Array, instants: Sequence[int]) -> None:
@@ -423,6 +463,38 @@ def _turned_back(direction, matrix, components):
                 )
 
 
+def _orbit_torques(first, angle, attitude, inertia, constants, torque):
+    gradient = constants[0]
+    for n in range(torque.shape[0]):
+        cosine, sine = np.cos(angle[n]), np.sin(angle[n])
+        # What is up, the field and the constant torque, of local axes in those of the run's first sample.
+        run = np.empty((3, 3))
+        for vector in range(3):
+            x = 0.0 if vector == 0 else constants[1 + 3 * vector]
+            y = 0.0 if vector == 0 else constants[2 + 3 * vector]
+            z = 1.0 if vector == 0 else constants[3 + 3 * vector]
+            along, up = cosine * x - sine * z, sine * x + cosine * z
+            for axis in range(3):
+                run[vector, axis] = first[n, 0, axis] * along + first[n, 1, axis] * y + first[n, 2, axis] * up
+        for p in range(torque.shape[1]):
+            turned, own, of = attitude[n, p], inertia[p], torque[n, p]
+            rx = run[0, 0] * turned[0, 0] + run[0, 1] * turned[1, 0] + run[0, 2] * turned[2, 0]
+            ry = run[0, 0] * turned[0, 1] + run[0, 1] * turned[1, 1] + run[0, 2] * turned[2, 1]
+            rz = run[0, 0] * turned[0, 2] + run[0, 1] * turned[1, 2] + run[0, 2] * turned[2, 2]
+            bx = run[1, 0] * turned[0, 0] + run[1, 1] * turned[1, 0] + run[1, 2] * turned[2, 0]
+            by = run[1, 0] * turned[0, 1] + run[1, 1] * turned[1, 1] + run[1, 2] * turned[2, 1]
+            bz = run[1, 0] * turned[0, 2] + run[1, 1] * turned[1, 2] + run[1, 2] * turned[2, 2]
+            jx = own[0, 0] * rx + own[0, 1] * ry + own[0, 2] * rz
+            jy = own[1, 0] * rx + own[1, 1] * ry + own[1, 2] * rz
+            jz = own[2, 0] * rx + own[2, 1] * ry + own[2, 2] * rz
+            mx, my, mz = constants[1], constants[2], constants[3]
+            of[0] = gradient * (ry * jz - rz * jy) + my * bz - mz * by
+            of[1] = gradient * (rz * jx - rx * jz) + mz * bx - mx * bz
+            of[2] = gradient * (rx * jy - ry * jx) + mx * by - my * bx
+            for axis in range(3):
+                of[axis] += run[2, 0] * turned[0, axis] + run[2, 1] * turned[1, axis] + run[2, 2] * turned[2, axis]
+
+
 def _solve_slopes(values, slopes):
     last = values.shape[1] - 1
     above = np.empty(last + 1)
@@ -506,6 +578,17 @@ def _set_points(command, angle, anew, law, points):
                 commanded = at
             points[tick, unit] = command[tick, unit] + gain * (commanded - at)
             commanded = _next_commanded(commanded, at, bound, period * command[tick, unit])
+
+
+def _change_by(by, changes, sets, added):
+    for n in range(added.shape[0]):
+        for q in range(sets.shape[0]):
+            of, change = added[n, sets[q]], changes[n, q]
+            for state in range(added.shape[2]):
+                whole = 0.0
+                for k in range(changes.shape[2]):
+                    whole += by[n, state, k] * change[k]
+                of[state] += whole
 
 
 def _force(by, changes, instants, added):

@@ -16,7 +16,7 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.prediction.equations import Equations, Known, acts_on_motion, gives_torque
 from testbed.prediction.hooks import Hooks, Instant
-from testbed.prediction.kernels import Polynomials, as_large, carried, driven, forced, forced_by_inertia
+from testbed.prediction.kernels import Polynomials, as_large, carried, changed_by, driven, forced, forced_by_inertia
 from testbed.prediction.tangents import BESIDE, tangents, weights
 
 _INSTANTS = (0, 1, 1, 2)
@@ -191,7 +191,8 @@ def disturbed_rates(
     _force(turned, known, by_node[None], None, rates[None], (0,))
     flat, at_nodes = motion.states.reshape(-1, 1, size), motion.equations.known_at(slice(0, nodes), 0)
     for stepped, _, held in motion.equations.own_changes(effects, flat, rates.reshape(-1, 3), at_nodes):
-        turned[:, :, stepped] += held.reshape(runs, nodes, -1, 3) @ np.swapaxes(by_node, -1, -2)
+        if held is not None:
+            changed_by(turned, by_node, held, stepped)
     added, begun = _added(motion, effects, known, start.shape[2]), start.imag[:, 0].copy()
     for speck in specks:
         _drive(speck, motion, rates, begun, added, turned, by_node)
@@ -209,8 +210,9 @@ def _added(motion: Motion, effects: Sequence[Array], known: Known, sets: int) ->
     for instant, states, rates, by_slope, by_momentum in of_slopes:
         flat, at = states.reshape(-1, 1, size), motion.equations.known_at(steps, instant)
         for stepped, slope, held in motion.equations.own_changes(effects, flat, rates.reshape(-1, 3), at):
-            change = slope.reshape(runs, length, -1, size) @ np.swapaxes(by_slope, -1, -2)
-            added[:, :, stepped] += change + held.reshape(runs, length, -1, 3) @ np.swapaxes(by_momentum, -1, -2)
+            changed_by(added, by_slope, slope, stepped)
+            if held is not None:
+                changed_by(added, by_momentum, held, stepped)
     _force(added, known, along.by_momentum, motion.by_torque, along.rates, _INSTANTS)
     return added
 

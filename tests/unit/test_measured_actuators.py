@@ -70,7 +70,9 @@ def test_the_scenario_states_how_fast_the_controller_commands(stated, period):
 
 def commanded(time, rows, command, stated=None):
     """What is known of a wheel whose speed is sampled at all times, and its command in some rows."""
-    scenario = body_scenario(RIG + ("" if stated is None else f"\n[diagnosis]\ncontrol_rate_hz = {stated}\n"), "rig.toml")
+    scenario = body_scenario(
+        RIG + ("" if stated is None else f"\n[diagnosis]\ncontrol_rate_hz = {stated}\n"), "rig.toml"
+    )
     torque = np.full((len(time), 1), np.nan)
     torque[rows, 0] = command
     rate = np.sin(time)[:, None] * [np.nan, np.nan, 1.0]
