@@ -358,6 +358,28 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
     )
 
 
+def in_parts(runs: Runs, parts: Sequence[tuple[int, Telemetry]]) -> Runs:
+    """Return the gyro's samples of parts of runs, without the gimbals' inner channels; a run's parts have its trim.
+
+    Args:
+        runs: whole.
+        parts: of which run each is, and its telemetry.
+    """
+    of_run = [number for number, _ in parts]
+    return _gyro_only(
+        names=[f"{runs.names[number]} from {part.gyro_time[0]:.6g} s" for number, part in parts],
+        telemetry=[part for _, part in parts],
+        sigma=runs.sigma[of_run],
+        noise_freedom=runs.noise_freedom,
+        estimated_noise=[],
+        color=runs.color,
+        windowed=[],
+        belief=runs.belief,
+        torque_noise=None,
+        trim_group=[(runs.trim_group or runs.names)[number] for number in of_run],
+    )
+
+
 def _gyro_only(
     names: Sequence[str],
     telemetry: Sequence[Telemetry],

@@ -8,7 +8,7 @@ from math import exp, inf, isnan, log
 
 import numpy as np
 
-from testbed.arrays import Array, Covariance
+from testbed.arrays import Array, Covariance, Theta
 from testbed.diagnosis.belief import Shown
 from testbed.diagnosis.candidates import Candidate, Screening, implausibility, mean_over_scan
 from testbed.diagnosis.control_loop import shows_the_loop
@@ -20,6 +20,7 @@ from testbed.diagnosis.misfit import log_evidence
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.p_values import log_p_value
 from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.short_runs import start_of_short_runs
 from testbed.diagnosis.signatures import Signature, Start, reach_of, signatures
 from testbed.diagnosis.size_prior import SizePrior
 from testbed.dynamics.inertia import inertia_of
@@ -38,6 +39,12 @@ none falls short by more than 1.9: what falls short by 30 has lost its way."""
 _LOST_SHARE = 0.3
 """Share of the promised gain, over windows of torque that is known in part, by which a refit may fall short as well:
 what is promised there are hundreds, which is far from linear, and each refit takes seconds."""
+
+_FAR = 100.0
+"""Times the noise's variance beyond which a residual may be that of quite another motion: a search that lost its way
+then begins from what fits short parts of the runs (`short_runs`).
+
+Source: chosen; ten standard deviations of each sample."""
 
 _HOPELESS = 0.0
 """Linearised evidence up to which a hypothesis is not refitted: among forty it takes 7.4 to be as probable as none. Of
@@ -321,11 +328,10 @@ def held_out_evidence(heldout: Runs | None, fit: Fit) -> float:
 
 def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
     """Search from the linearised solution, and from less of it where that leads nowhere: it may be of no body."""
-    placed, starts = [*fit.placed, signature.placed], [value[0] for value in fit.values.effects]
     found: list[Fit] = []
-    for start in _starts(runs, signature):
+    for theta, starts in _begun(runs, fit, signature):
         try:
-            found.append(fitted(runs, placed, fit.theta, [*starts, start], fit, ROUGHLY))
+            found.append(fitted(runs, [*fit.placed, signature.placed], theta, starts, fit, ROUGHLY))
         except InputError:  # the motion runs away
             continue
         lost = _LOST if runs.belief is None else max(_LOST, _LOST_SHARE * signature.score)
@@ -333,7 +339,19 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
             break
     if not found:
         raise InputError(f"with {signature.placed.key} the motion runs away")
-    return min(found, key=lambda each: each.chi_square)
+    return min(found, key=lambda fit: fit.chi_square)
+
+
+def _begun(runs: Runs, fit: Fit, signature: Signature) -> Iterator[tuple[Theta, list[Array]]]:
+    """Yield inertia and effects from which to search, one after the other until one comes near what was promised."""
+    effects, (first, *others) = [value[0] for value in fit.values.effects], list(_starts(runs, signature))
+    yield fit.theta, [*effects, first]
+    if fit.chi_square > _FAR * fit.freedom:
+        short = start_of_short_runs(runs, fit, [*fit.placed, signature.placed], [*effects, first])
+        if short is not None:
+            yield short
+    for start in others:
+        yield fit.theta, [*effects, start]
 
 
 def _from_known(runs: Runs, fit: Fit, known: Fit, placed: Hypothesis) -> tuple[Runs, Fit]:
