@@ -76,6 +76,15 @@ def test_actuators_as_fast_as_the_gyro_are_left_as_they_are():
     assert along_chords(sent, NOMINAL) == sent
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_late_gyro_as_fast_as_the_actuators_shows_chords(seed):
+    """One of 40 ms at 10 Hz had a bandwidth of 4 Hz, with P = 1."""
+    sent = [flight(3 * seed + number, late=0.03, gyro_rate=12.5) for number in range(2)]
+    assert [run.momentum_held for run in along_chords(sent, NOMINAL)] == [True, True]
+    smooth = [flight(3 * seed + number, degree=3, late=0.03, gyro_rate=12.5) for number in range(2)]
+    assert along_chords(smooth, NOMINAL) == smooth
+
+
 def late_fit(telemetry, effect, component, value):
     hypothesis = Hypothesis(effect=EFFECTS[effect], component=component)
     names = [str(number) for number, _ in enumerate(telemetry)]
