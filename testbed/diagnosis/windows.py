@@ -29,7 +29,7 @@ from testbed.estimation.outliers import gross_outliers
 from testbed.estimation.telemetry import Telemetry, covered_part
 from testbed.records.checks import MINIMUM_SAMPLES
 from testbed.records.record import Record
-from testbed.records.selection import telemetry_only
+from testbed.records.selection import telemetry_only, usable
 from testbed.scenario.body import BodyScenario
 from testbed.signals import AXES
 
@@ -164,7 +164,7 @@ def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: lis
     telemetry = _with_noise(record, telemetry_of(measured, scenario, nominal), notices)
     if "stuck" not in scenario.diagnosis.accept:
         _require_moving_gyro(name, telemetry)
-    notices.extend((name, notice) for notice in attitude_notices(telemetry))
+    notices.extend((name, notice) for notice in (*_coverage_notices(measured, telemetry), *attitude_notices(telemetry)))
     telemetry = _without_gross_outliers(name, telemetry, notices)
     if scenario.diagnosis.sample_rate_hz is not None:
         telemetry = averaged(telemetry, scenario.diagnosis.sample_rate_hz)
@@ -239,6 +239,21 @@ def _without_gross_outliers(name: str, telemetry: Telemetry, notices: list[tuple
 def outliers_notice(count: int) -> str:
     """Return what to say of gyro samples that were left out."""
     return f"{count} gyro {'sample stands' if count == 1 else 'samples stand'} {STAND_ALONE}"
+
+
+_COVERED = 0.8
+"""Share of a record's length from which on it needs no word that gyro or actuators begin later or end earlier.
+
+Source: chosen; a maneuver's telemetry may be sent a little longer or shorter than its gyro's."""
+
+
+def _coverage_notices(measured: Record, telemetry: Telemetry) -> Iterator[str]:
+    """Yield what to say of a record whose gyro or actuators are silent through most of it, as after a dropout."""
+    whole = float(np.ptp(usable(measured).time))
+    covered = float(min(telemetry.gyro_time[-1], telemetry.actuator_time[-1]))
+    covered -= float(max(telemetry.gyro_time[0], telemetry.actuator_time[0]))
+    if covered < _COVERED * whole:
+        yield f"gyro and actuators both have samples in {covered:.3g} s of its {whole:.3g} s: only these are used"
 
 
 def attitude_notices(telemetry: Telemetry) -> Iterator[str]:
