@@ -18,6 +18,7 @@ from testbed.diagnosis.data import Runs, chosen, runs_of
 from testbed.diagnosis.errors_in_variables import power_of_noise
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.model import Fit, Hypothesis
+from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.registry import EFFECTS
 from testbed.estimation.telemetry import Telemetry, has_momentum
@@ -37,12 +38,14 @@ def along_chords(telemetry: Sequence[Telemetry], theta: Theta) -> list[Telemetry
     """
     if any(run.gimbals is not None or not has_momentum(run) for run in telemetry):
         return list(telemetry)
-    smooth = _fit(telemetry, theta)
-    if not any(map(shows_between, telemetry)) and not _is_late(smooth):
+    smooth, between = _fit(telemetry, theta), any(map(shows_between, telemetry))
+    if not between and not _is_late(smooth):
         return list(telemetry)
     inertia = inertia_of(theta)
     held = [run.with_held_momentum(inertia) for run in telemetry]
-    return held if _misfit(smooth) - _misfit(_fit(held, theta)) > _SURELY else list(telemetry)
+    bent = _fit(held, theta)
+    explained = between or not _misfits(bent)
+    return held if explained and _misfit(smooth) - _misfit(bent) > _SURELY else list(telemetry)
 
 
 def _fit(telemetry: Sequence[Telemetry], theta: Theta) -> tuple[Runs, Fit]:
@@ -60,6 +63,12 @@ def _is_late(found: tuple[Runs, Fit]) -> bool:
     """Return whether the telemetry's clock is surely another one than the gyro's."""
     _, fit = found
     return float(fit.effect_values[0] ** 2) > _SURELY * float(fit.covariance[6, 6])
+
+
+def _misfits(found: tuple[Runs, Fit]) -> bool:
+    """Return whether more than another clock is missing, such as a slow wheel: what suits that better says nothing."""
+    _, fit = found
+    return fit.chi_square > SETTINGS.misfitting * fit.freedom
 
 
 def _misfit(found: tuple[Runs, Fit]) -> float:

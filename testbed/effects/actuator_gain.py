@@ -21,7 +21,9 @@ class _Stronger(Hooks):
 
     @override
     def cluster_momentum(self, momentum_B: Array, value: Array, grid: Grid) -> Array:
-        return momentum_B if grid.gimbals is not None else np.asarray(momentum_B * np.exp(value[:, None]))
+        if grid.gimbals is not None or not momentum_B.any():  # what holds no momentum holds none with more of it
+            return momentum_B
+        return np.asarray(momentum_B * np.exp(value[:, None]))
 
 
 @final

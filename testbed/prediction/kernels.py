@@ -315,6 +315,24 @@ def followed(begin: Array, end: Array, kept_share: Array) -> Array:
     return states
 
 
+def settled_cubics(values: Array, slopes: Array, lag: Array, kept_share: Array) -> Array:
+    """Return what follows cubics a unit apart behind T ẋ = u - x, settled on the first one, shape (P, M + 1, A).
+
+    With u(s) = Σ c_j sʲ on a step, the particular solution is Σ d_j sʲ, d_3 = c_3, d_j = c_j - (j + 1) T d_(j+1).
+
+    Args:
+        values: at nodes, shape (P, M + 1, A).
+        slopes: there, a unit.
+        lag: T, shape (P,), in units.
+        kept_share: exp(-1 / T), shape (P,).
+    """
+    kind = np.result_type(values, slopes, lag, kept_share)
+    given = [np.asarray(each, dtype=kind) for each in (values, slopes, lag, kept_share)]
+    states = np.empty(values.shape, dtype=kind)
+    kept(_settle, *((each, each, (each[0], 1), (each[0], 1), each) for each in (_REAL, _CARRYING)))(*given, states)
+    return states
+
+
 def servo_angles(signals: Sequence[Array], step: Sequence[Array], law: Sequence[float]) -> Array:
     """Return the angles of W gimbals at N ticks of their servo's clock, shape (N, W), rad.
 
@@ -538,6 +556,24 @@ def _follow(begin, end, kept_share, states):
             for axis in range(states.shape[2]):
                 left = states[row, step, axis] - begin[row, step, axis]
                 states[row, step + 1, axis] = end[row, step, axis] + kept_share[row, step] * left
+
+
+def _settle(values, slopes, lag, kept_share, states):
+    for row in range(values.shape[0]):
+        of, turning, found, late, left = values[row], slopes[row], states[row], lag[row], kept_share[row]
+        for step in range(values.shape[1] - 1):
+            for axis in range(values.shape[2]):
+                rise = turning[step, axis]
+                change = of[step + 1, axis] - of[step, axis] - rise
+                bend = turning[step + 1, axis] - rise
+                cubic = bend - 2.0 * change
+                square = 3.0 * change - bend - 3.0 * late * cubic
+                linear = rise - 2.0 * late * square
+                begin = of[step, axis] - late * linear
+                if step == 0:
+                    found[0, axis] = begin
+                end = begin + linear + square + cubic
+                found[step + 1, axis] = end + left * (found[step, axis] - begin)
 
 
 def _servo_angles(command, fed_forward, load, slope, first, step, law, angles):

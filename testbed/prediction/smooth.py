@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from typing_extensions import override
 
 from testbed.arrays import Array, Series
-from testbed.prediction.kernels import cubic_between, followed, slopes_a_unit_apart
+from testbed.prediction.kernels import cubic_between, settled_cubics, slopes_a_unit_apart
 
 _FORGOTTEN = 40.0
 """Time constants after which exp(-t/T) no longer shows in a double."""
@@ -120,21 +120,14 @@ class Smooth(Motion):
 
     @override
     def settled(self, time_constant: Array) -> Smooth:
-        """Return the motion behind T ẋ = u - x, u a cubic in each step, settled on the first one.
-
-        With u(s) = Σ c_j sʲ on a step, the particular solution is Σ d_j sʲ, d_3 = c_3, d_j = c_j - (j + 1) T d_(j+1).
-        """
-        lag = time_constant[:, None, None]
-        rise = self._slopes[:, :-1]
-        change = (self._values[:, 1:] - self._values[:, :-1]) / self._step - rise
-        bend = (self._slopes[:, 1:] - rise) / self._step
-        cubic = (bend - 2 * change / self._step) / self._step
-        square = 3 * change / self._step - bend - 3 * lag * cubic
-        linear = rise - 2 * lag * square
-        constant = self._values[:, :-1] - lag * linear
-        end = constant + self._step * (linear + self._step * (square + self._step * cubic))
-        kept = np.broadcast_to(decay(np.array([self._step]), time_constant)[:, None], constant.shape[:2])
-        return Smooth(self._time, followed(constant, end, kept))
+        """Return the motion behind T ẋ = u - x, u a cubic in each step, settled on the first one."""
+        sets = len(self._values), len(time_constant)
+        values, slopes, lag = (
+            np.broadcast_to(each, (max(sets), *each.shape[1:]))
+            for each in (self._values, self._step * self._slopes, time_constant / self._step)
+        )
+        left = np.broadcast_to(decay(np.array([self._step]), time_constant), len(lag))
+        return Smooth(self._time, settled_cubics(values, slopes, lag, left))
 
 
 def node_slopes(values: Array, step: float | Array) -> Array:
