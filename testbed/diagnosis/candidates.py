@@ -172,6 +172,10 @@ class Screening:
     cancelling: tuple[Hypothesis, ...] = ()
     prior_odds: PriorOdds = field(default_factory=PriorOdds)
 
+    def tests(self, placed: Hypothesis) -> bool:
+        """Return whether a hypothesis is among those that were tested; none is which an effect in the model confounds."""
+        return any(each.placed.key == placed.key for each in self.signatures)
+
     def odds(self, candidate: Candidate) -> float:
         """Return twice the logarithm of a candidate's posterior odds against none; all candidates have equal priors."""
         return candidate.log_bayes_factor - 2.0 * log(self.tested)

@@ -120,12 +120,10 @@ class Runs:
         """Whether the torque is known in part, so that runs are windows: what turns the platform beside it is noise."""
         return bool(self.windowed) and self.trimmed
 
-    @property
-    def mean_torque(self) -> Array:
-        """Mean of the applied torque over all runs that have the trim of every run, shape (R, 1, 3), N·m."""
-        by_run = self.grid.applied_torque_B[:, 0].mean(axis=1)
+    def mean_of_trims(self, torque_B: Array) -> Array:
+        """Return the mean of a torque, shape (R, T, 3), N·m, over all runs that have the trim of each, (R, 1, 3)."""
         sums = np.zeros((len(self.trim_names), 3))
-        np.add.at(sums, self.trim_of, by_run)
+        np.add.at(sums, self.trim_of, torque_B.mean(axis=1))
         return (sums / np.bincount(self.trim_of)[:, None])[self.trim_of][:, None]
 
     @property

@@ -18,7 +18,7 @@ from testbed.errors import InputError
 from testbed.estimation.torque_noise import torque_noise
 from testbed.prediction.grid import Grid, with_late_angles
 from testbed.prediction.gyro import lateness
-from testbed.prediction.integration import Values
+from testbed.prediction.integration import Values, torque_of_actuators
 from testbed.prediction.prediction import (
     common_size,
     predicted_channels,
@@ -56,7 +56,7 @@ def fitted(
     found: list[Fit] = []
     for number, each in enumerate(begun, start=1):
         try:
-            first = _from_first_samples(runs, each[None], effects)
+            first = _from_first_samples(runs, placed, each[None], effects)
             close = None if near is None else _with_first_of(near.values, first)
             found.append(_search(runs, tuple(placed), first, near=close, enough=enough))
         except InputError:  # the motion runs away
@@ -101,7 +101,7 @@ def fitted_initial_rates(runs: Runs, fit: Fit) -> Fit:
         fit: of other runs; what does not recur stays with them.
     """
     fit = recurring(fit)
-    values = _from_first_samples(runs, fit.values.theta, fit.values.effects)
+    values = _from_first_samples(runs, fit.placed, fit.values.theta, fit.values.effects)
     return _search(runs, fit.placed, values, only_initial=True)
 
 
@@ -115,16 +115,23 @@ def nominal_fit(runs: Runs, theta: Theta) -> Fit:
     Raises:
         InputError: the motion leaves the finite numbers.
     """
-    return _search(runs, (), _from_first_samples(runs, theta[None], []), only_initial=True)
+    return _search(runs, (), _from_first_samples(runs, (), theta[None], []), only_initial=True)
 
 
-def _from_first_samples(runs: Runs, theta: Array, effects: Sequence[Array]) -> Values:
-    """Return a parameter set whose initial rates are as the gyro's first samples have them, or as they were found."""
+def _from_first_samples(runs: Runs, placed: Sequence[Hypothesis], theta: Array, effects: Sequence[Array]) -> Values:
+    """Return a parameter set whose initial rates are as the gyro's first samples have them, or as they were found.
+
+    What keeps a platform from turning ever faster is that its mean torque is nearly zero: that of what its actuators
+    really give, which an effect may change. With the mean of what they were asked for, the motion of a flight behind
+    which a weight was found beside the centre was searched where it turned thousands of times too fast.
+    """
     first = np.stack([rates[0] for rates in runs.measured]) if runs.found_rate is None else runs.found_rate
-    # What keeps a platform from turning ever faster is that the mean torque is nearly zero, whatever telemetry says.
-    trim = -runs.mean_torque if runs.trimmed else None
     turn = None if runs.first_turn_std is None else np.zeros((len(first), 1, 3))
-    return Values(theta=theta, initial_rate=first[:, None], effects=tuple(effects), trim=trim, first_turn=turn)
+    values = Values(theta=theta, initial_rate=first[:, None], effects=tuple(effects), first_turn=turn)
+    if not runs.trimmed:
+        return values
+    given_B = torque_of_actuators(runs.grid, [each.hooks for each in placed], values)
+    return replace(values, trim=-runs.mean_of_trims(given_B))
 
 
 def _with_first_of(near: Values, values: Values) -> Values:

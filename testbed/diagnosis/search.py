@@ -81,7 +81,7 @@ def with_candidate(state: Diagnosis, screening: Screening, placed: Hypothesis, k
         placed: the hypothesis.
         known: the model with it, as in `refitted`.
     """
-    if all(each.placed.key != placed.key for each in screening.signatures):
+    if not screening.tests(placed):
         return screening
     candidate = refitted(state.runs, state.heldout, state.model, screening, placed, known)
     if candidate is None or candidate.cancels or candidate in screening.candidates:
@@ -229,8 +229,10 @@ class Search:
         beside_none = len(first.candidate.fit.placed) == len(bare.placed) + 1
         screening = first.screening if beside_none else self.compared(rebuilt)
         for each in placed:
-            if all(other.placed.key != each.key for other in screening.signatures):  # it was found later than these
+            if not screening.tests(each):  # it was found later than these
                 screening = self.compared(rebuilt)
+            if not screening.tests(each):  # those before it confound it
+                continue
             candidate = refitted(rebuilt.runs, rebuilt.heldout, rebuilt.model, screening, each)
             if candidate is None:
                 continue

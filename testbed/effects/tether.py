@@ -53,6 +53,7 @@ class Tether(Effect):
     )
     sentence = "A cable or cord turns the platform back to the attitude of its release and damps it."
     look_alikes = ("viscous_drag", "inertial_torque", "dry_friction")
+    yields_to = ("viscous_drag",)  # without stiffness it is a drag
     confirm = "Release it at rest and turned away from where the cable is slack: only a tether turns it back."
 
     @override

@@ -258,6 +258,12 @@ def _in_blocks(equations: Equations, states: Array) -> Array:
     return np.concatenate([equations.stepped(states[:, block], block) for block in blocks], axis=1)
 
 
+def torque_of_actuators(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
+    """Return what the actuators give along the grid with effects of one parameter set, shape (R, T, 3), N·m."""
+    torque_B = _known(grid, hooks, replace(values, trim=None), one_motion=True).torque_B
+    return np.asarray(torque_B[:, 0].real)
+
+
 def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bool) -> Known:
     momentum_B, asked_B = grid.cluster_momentum_B, grid.applied_torque_B
     inertia = [inertia_matrix(values.theta)[None, :, None]]
