@@ -173,7 +173,7 @@ class Screening:
     prior_odds: PriorOdds = field(default_factory=PriorOdds)
 
     def tests(self, placed: Hypothesis) -> bool:
-        """Return whether a hypothesis is among those that were tested; none is which an effect in the model confounds."""
+        """Return whether a hypothesis was tested; none is that an effect in the model confounds."""
         return any(each.placed.key == placed.key for each in self.signatures)
 
     def odds(self, candidate: Candidate) -> float:
