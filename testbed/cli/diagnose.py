@@ -128,8 +128,19 @@ def _diagnose(
             bars.start()
     if stages.last is None:
         return _found_nothing(folder, parts)
-    with _bars() as bars:
-        result = concluded(prepared, stages.last, stages.places, _shown_in(bars))
+    try:
+        with _bars() as bars:
+            result = concluded(prepared, stages.last, stages.places, _shown_in(bars))
+        return _written(result, folder)
+    except KeyboardInterrupt:
+        if (folder.path / "diagnosis.json").exists():
+            raise
+        say_interrupted(f" before the folder was written; {_again(folder)}")
+        return INTERRUPTED
+
+
+def _written(result: DiagnosisResult, folder: OutputFolder) -> int:
+    """Print what a diagnosis found and write its folder; return the exit code."""
     _print_end(result)
     whole = result.state.complete and not result.design_interrupted
     replaced = (*WRITTEN, PARTS) if whole else WRITTEN

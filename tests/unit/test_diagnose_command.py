@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import testbed.cli.diagnose
 import testbed.library.prepared_records
 from support.diagnosed_records import SCENARIO, records
 from testbed.cli.app import app
@@ -191,6 +192,24 @@ def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, m
     assert "Verdict    not reached" in printed
     assert complaints.startswith("Interrupted; ")
     assert "--resume" in complaints
+
+
+@pytest.mark.usefixtures("few_effects")
+def test_an_interruption_while_the_results_are_written_keeps_what_was_worked_out(late, tmp_path, capsys, monkeypatch):
+    """It said no more than that it was interrupted, behind a printed verdict."""
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(testbed.cli.diagnose, "concluded", interrupted)
+        assert run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "out") == 130
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["parts.jsonl"]
+    said = " ".join("".join(capsys.readouterr()).split())
+    assert "Interrupted before the folder was written; what was worked out is kept: " in said
+    assert "--resume to go on." in said
+    assert run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "out", "--resume") == 0
+    assert json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))["complete"] is True
 
 
 @pytest.mark.usefixtures("few_effects")
