@@ -33,7 +33,7 @@ class RotorSpeed(Effect):
     id = "rotor_speed"
     components = UNITS
     parameters = (
-        Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.3, 0.3)),
+        Parameter(name="relative_error", unit="1", typical=0.01, lower=-1.0, upper=0.5, plausible=(-0.3, 0.3)),
     )
     needs = ("gimbal_angle",)
     sentence = "The rotor of {component} does not have the momentum that its tachometer and its drawing state."
