@@ -52,8 +52,8 @@ class Tether(Effect):
         Parameter(name="damping_N_m_s_rad", unit="N·m·s/rad", typical=5e-5, lower=0.0),
     )
     sentence = (
-        "A cable or cord turns the platform back to the attitude of its release and damps it; where its stiffness is zero "
-        "within its interval, this is a drag that is alike about all axes."
+        "A cable or cord turns the platform back to the attitude of its release and damps it; where its stiffness is "
+        "zero within its interval, this is a drag that is alike about all axes."
     )
     look_alikes = ("viscous_drag", "inertial_torque", "dry_friction")
     confirm = "Release it at rest and turned away from where the cable is slack: only a tether turns it back."
