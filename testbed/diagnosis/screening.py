@@ -339,7 +339,7 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
             break
     if not found:
         raise InputError(f"with {signature.placed.key} the motion runs away")
-    return min(found, key=lambda fit: fit.chi_square)
+    return min(found, key=lambda each: each.chi_square)
 
 
 def _begun(runs: Runs, fit: Fit, signature: Signature) -> Iterator[tuple[Theta, list[Array]]]:
