@@ -24,6 +24,10 @@ from testbed.report.verdict import leading_estimator
 from testbed.report.wording import BAND, capitalized, chance_words, estimator_name, figures, figures_to, listed
 
 DIAGNOSE = "try `testbed diagnose` on these records"
+_TRIM = (
+    "A constant torque is not estimated, and a trim of motors or jets, or a leak, is one: try "
+    'estimation.constant_torque = "body" first.'
+)
 _WHERE = {"body": "in the body", "inertial": "in inertial axes"}
 _MOST_ATTENUATED = 0.5
 """Standard deviations by which noise of the actuators' telemetry may bias an inertia: a 95 % interval then covers
@@ -43,7 +47,10 @@ def estimation_doubts(estimation: Estimation) -> Iterator[str]:
     """Yield what puts the estimates of one record in doubt; nothing where all is as it should be."""
     checks = estimation.checks
     if checks is not None:
-        yield from _residual_doubts(checks.residual, estimator_name(checks.best))
+        of_residual = list(_residual_doubts(checks.residual, estimator_name(checks.best)))
+        yield from of_residual
+        if of_residual and any(each.frame == "body" for each in checks.neglected):
+            yield _TRIM
         yield from _comparison_doubts(checks.compared)
         yield from _attenuation_doubts(checks.attenuation, estimator_name(checks.best))
     yield from _body_doubts(estimation.by_name)

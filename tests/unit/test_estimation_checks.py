@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from testbed.estimation.momentum_test import zero_momentum_p_value
 from testbed.estimation.registry import ESTIMATORS
 from testbed.estimation.residual_check import MOST_LOOKED_AT, checked_rows, residual_check
 from testbed.experiment.checking import checks_of, considered
+from testbed.report.doubts import estimation_doubts
 
 TIMES = sample_times(16.0)
 NOISE = 0.001658
@@ -94,6 +96,20 @@ def test_a_gyro_that_drifts_leaves_a_residual_that_is_not_white():
     telemetry = flown(REST, 1)
     drift = 4.0 * NOISE * np.sin(2.0 * np.pi * TIMES / 1.3)[:, None] * np.array([1.0, 0.0, 0.0])
     assert checks(replace(telemetry, body_rate=telemetry.body_rate + drift)).residual.whiteness_p_value < REFUSED
+
+
+def test_a_doubtful_residual_is_first_asked_for_a_trim_where_none_is_estimated(sound):
+    """Of a healthy quadcopter `testbed estimate` sent one to a diagnosis, which found nothing but the trim."""
+    doubtful = checks(replace(flown(REST, 1), gyro_noise=NOISE / 1.3))
+    assert doubtful.neglected
+    assert 'try estimation.constant_torque = "body" first' in doubts_of(doubtful)[-1]
+    estimated = replace(doubtful, neglected=())
+    assert not any("constant_torque" in each for each in doubts_of(estimated))
+    assert not any("constant_torque" in each for each in doubts_of(sound[0]))
+
+
+def doubts_of(found):
+    return list(estimation_doubts(SimpleNamespace(checks=found, by_name={})))
 
 
 def test_a_momentum_that_is_taken_for_zero_is_found():
