@@ -57,8 +57,10 @@ class OrbitHooks(Hooks):
 
     @override
     def torque(self, value: Array, at: Instant) -> Array:
-        orbit, (first_NB, time) = self._orbit, np.broadcast_arrays(at.first_NB[:, 0], at.time[..., None])
-        return orbit_torques(first_NB, orbit.rate * time[:, 0, 0], at.attitude, inertia_matrix(value), self._constants)
+        orbit, runs = self._orbit, len(at.attitude)
+        first_NB = np.broadcast_to(at.first_NB[:, 0], (runs, 3, 3))
+        angle = np.broadcast_to(orbit.rate * at.time[:, 0], runs)
+        return orbit_torques(first_NB, angle, at.attitude, inertia_matrix(value), self._constants)
 
 
 def environment_hooks(grid: Grid) -> Hooks | None:
