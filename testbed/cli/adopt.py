@@ -55,4 +55,6 @@ def _print(adopted: Adoption) -> None:
         warn("not flown", note)
     say(f"Moved by the same torques for 10 s, its body rate is within {adopted.difference:.1e} rad/s of the model's.")
     if adopted.difference > _AGREES:
-        warn("differs", "from the model by more than rounding: see what is not flown, or ignore a joint")
+        left = "see what is not flown, or ignore a joint"
+        digits = "as nothing is left out, by the few digits that its file gives of axes and inertias"
+        warn("differs", f"from the model by more than rounding: {left if adopted.notes else digits}")

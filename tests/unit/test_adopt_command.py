@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import testbed as tb
+import testbed.cli.adopt
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.dynamics.inertia import inertia_of
@@ -48,8 +50,19 @@ def test_what_was_taken_wrongly_is_corrected(capsys):
     assert "shutter_hinge wheel as wheel says" in printed
     assert "panel_drive locked as ignore says" in printed
     assert "shutter_hinge: its centre of mass is 0.03 m off its axis; it is flown as balanced" in printed
-    assert "differs: from the model by more than rounding" in printed
+    assert "differs: from the model by more than rounding: see what is not flown, or ignore a joint" in printed
     assert tb.read_scenario("mine.toml").name == "mine"
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize(("difference", "said"), [(1e-6, True), (1e-13, False)])
+def test_where_nothing_is_left_out_the_files_digits_differ(capsys, monkeypatch, difference, said):
+    """Somebody's table with axes of six digits was said to differ by what is not flown, and nothing was listed."""
+    whole = replace(tb.adopt(Path(MODEL)), notes=(), difference=difference)
+    monkeypatch.setattr(testbed.cli.adopt, "adopt", lambda *_, **__: whole)
+    assert run("adopt", MODEL) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert ("as nothing is left out, by the few digits that its file gives of axes and inertias" in printed) is said
 
 
 @pytest.mark.usefixtures("here")
