@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -35,6 +35,7 @@ from testbed.estimation.body import is_body
 from testbed.estimation.surroundings import EXACT
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import with_command_phase
+from testbed.records.notices import grouped
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
 
@@ -208,13 +209,6 @@ def _enough(runs: Runs) -> Runs:
 def _thinned(run: Telemetry) -> Telemetry:
     every = max(1, int(1.0 / (np.median(np.diff(run.gyro_time)) * SETTINGS.window_rate_hz)))
     return run.with_gyro_rows(slice(None, None, every))
-
-
-def grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:
-    """Yield the notices on records; records with the same notice are named together."""
-    for text in dict.fromkeys(text for _, text in notices):
-        names = [name for name, other in notices if other == text]
-        yield f"{', '.join(names)}{', each' if len(names) > 1 else ''}: {text}"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -14,7 +14,7 @@ from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis.actuator_telemetry import unknown_between, where_known
 from testbed.diagnosis.bridging import bridged_stretches
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.reading import TOO_EXACT, gated, grouped
+from testbed.diagnosis.reading import TOO_EXACT, gated
 from testbed.diagnosis.windows import PARTS_USED, STAND_ALONE, outliers_notice
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.errors import InputError
@@ -24,6 +24,7 @@ from testbed.experiment.combining import combine_estimations
 from testbed.experiment.experiment import CombinedEstimation, Estimation
 from testbed.experiment.measured import estimate_record
 from testbed.records.checks import MINIMUM_SAMPLES
+from testbed.records.notices import grouped
 from testbed.records.record import Record
 from testbed.records.selection import in_parts, part_of, sampled, telemetry_only
 from testbed.scenario.body import BodyScenario

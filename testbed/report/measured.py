@@ -14,6 +14,7 @@ from testbed.dynamics.inertia import theta_of
 from testbed.experiment.checking import NeglectedTorque
 from testbed.experiment.experiment import Estimation
 from testbed.identification.identify import Identification
+from testbed.records.notices import grouped
 from testbed.records.record import Record
 from testbed.report.doubts import (
     combination_doubts,
@@ -109,10 +110,12 @@ def identification_doubts(identification: Identification) -> Iterator[str]:
     if identification.nominal_theta is not None:
         yield from other_body_doubts(identification.combined.by_name, identification.nominal_theta)
     yield from combination_doubts(identification.combined)
-    several = len(identification.records) > 1
-    for name, estimation in identification.estimations.items():
-        for doubt in estimation_doubts(estimation):
-            yield f"{name}: {doubt}" if several else doubt
+    of_records = [
+        (name, doubt)
+        for name, estimation in identification.estimations.items()
+        for doubt in estimation_doubts(estimation)
+    ]
+    yield from grouped(of_records) if len(identification.records) > 1 else (doubt for _, doubt in of_records)
 
 
 def identification_notices(identification: Identification) -> Iterator[Notice]:
