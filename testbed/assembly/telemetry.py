@@ -242,12 +242,13 @@ def _wheels(record: Record, scenario: BodyScenario, nominal: Body, time: Series)
             f"{record.details.name}: has speeds of {sent} reaction wheels, but the scenario {known}; "
             f"{_lacking('wheel_speed', sent, believed)}use the scenario of the platform that was measured"
         )
+    command, period = _command(record, "wheel_torque_command", scenario, time)
     return WheelTelemetry(
         wheels=nominal.wheels,
         momentum=speed * nominal.wheels.spin_inertia,
         torque=_channel(record, "wheel_torque", time),
-        torque_command=_command(record, "wheel_torque_command", scenario, time),
-        motors=_motors(scenario, _period(record, "wheel_torque_command", scenario, time)),
+        torque_command=command,
+        motors=_motors(scenario, period),
     )
 
 
@@ -265,14 +266,14 @@ def _gimbals(
 ) -> GimbalTelemetry:
     """Return what the units sent; their commands only where the servo is known that follows them."""
     rotor_speed = _channel(record, "rotor_speed", time)
+    command, period = _command(record, "gimbal_rate_command", scenario, time)
     gimbals = GimbalTelemetry(
         cluster=cluster,
         angle=angle,
         rotor_momentum=None if rotor_speed is None else rotor_speed * cluster.rotor_spin_inertia,
         torque=_channel(record, "gimbal_torque", time),
-        servo=_servo(scenario, _period(record, "gimbal_rate_command", scenario, time)),
+        servo=_servo(scenario, period),
     )
-    command = _command(record, "gimbal_rate_command", scenario, time)
     return gimbals if command is None else gimbals.commanded(command)
 
 
@@ -301,44 +302,28 @@ def _control_period(scenario: BodyScenario, time: Series) -> float:
     return interval if rate is None else interval / max(ceil(interval * rate - _CLOCK_JITTER), 1)
 
 
-def _period(record: Record, command: str, scenario: BodyScenario, time: Series) -> float:
-    """Return for how long a command is held at given times, s; a mean of what is known in between holds until the next.
-
-    Args:
-        record: with the command or without.
-        command: name of its channel.
-        scenario: how fast the controller is.
-        time: at which `_command` gives it.
-    """
-    if command in record.channels and _holds_apart(scenario, sampled(record, command)[0], time):
-        return float(np.median(np.diff(time)))
-    return _control_period(scenario, time)
-
-
-def _command(record: Record, name: str, scenario: BodyScenario, time: Series) -> Array | None:
-    """Return a channel of commands at given times; None where it was not sent.
+def _command(record: Record, name: str, scenario: BodyScenario, time: Series) -> tuple[Array | None, float]:
+    """Return a channel of commands at given times, and for how long they hold, s; None where it was not sent.
 
     A command that was recorded at other times, such as those at which it changes, holds from its sample until the next
     one: at each time stands its mean until the next time. Of one that the controller changes more often than it is
     recorded only lines from sample to sample are known.
     """
     if name not in record.channels:
-        return None
+        return None, _control_period(scenario, time)
     known, values = sampled(record, name)
-    if not _holds_apart(scenario, known, time):
-        return _channel(record, name, time)
+    if len(known) < 2 or np.array_equal(known, time) or not _holds(scenario, known):
+        return _channel(record, name, time), _control_period(scenario, time)
     ends = np.append(time, 2.0 * time[-1] - time[-2])
     first, last = min(known[0], ends[0]), max(known[-1], ends[-1]) + 1.0
     knots = np.concatenate([[first], known[1:], [last]])
     total = np.concatenate([np.zeros_like(values[:1]), np.cumsum(values * np.diff(knots)[:, None], axis=0)])
     at_ends = np.stack([np.interp(ends, knots, column) for column in total.T], axis=1)
-    return np.asarray(np.diff(at_ends, axis=0) / np.diff(ends)[:, None])
+    return np.diff(at_ends, axis=0) / np.diff(ends)[:, None], float(np.median(np.diff(time)))
 
 
-def _holds_apart(scenario: BodyScenario, known: Series, time: Series) -> bool:
-    """Return whether a command that was recorded at other times than the given ones holds from sample to sample."""
-    if len(known) < 2 or np.array_equal(known, time):
-        return False
+def _holds(scenario: BodyScenario, known: Series) -> bool:
+    """Return whether a command that was recorded at such times holds from sample to sample."""
     return _control_period(scenario, known) >= (1.0 - _CLOCK_JITTER) * float(np.median(np.diff(known)))
 
 

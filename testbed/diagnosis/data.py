@@ -340,41 +340,25 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
     )
 
 
-def chosen(runs: Runs, which: Sequence[int]) -> Runs:
-    """Return the gyro's samples of some runs, without the gimbals' inner channels."""
+def chosen(runs: Runs, which: Sequence[int], telemetry: Sequence[Telemetry] | None = None) -> Runs:
+    """Return the gyro's samples of some runs, without the gimbals' inner channels.
+
+    Args:
+        runs: to choose from.
+        which: of them; one may be chosen for several parts.
+        telemetry: parts of them, in which no noise has been estimated; None for the whole of each.
+    """
     return _gyro_only(
         names=[runs.names[index] for index in which],
-        telemetry=[runs.grid.runs[index] for index in which],
+        telemetry=telemetry or [runs.grid.runs[index] for index in which],
         sigma=runs.sigma[list(which)],
         noise_freedom=runs.noise_freedom,
-        estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise],
+        estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise and not telemetry],
         color=runs.color,
         windowed=[runs.windowed[index] for index in which if runs.windowed],
         belief=runs.belief,
         torque_noise=runs.torque_noise,
         trim_group=[runs.trim_group[index] for index in which if runs.trim_group],
-    )
-
-
-def in_parts(runs: Runs, parts: Sequence[tuple[int, Telemetry]]) -> Runs:
-    """Return the gyro's samples of parts of runs, without the gimbals' inner channels; a run's parts have its trim.
-
-    Args:
-        runs: whole.
-        parts: of which run each is, and its telemetry.
-    """
-    of_run = [number for number, _ in parts]
-    return _gyro_only(
-        names=[f"{runs.names[number]} from {part.gyro_time[0]:.6g} s" for number, part in parts],
-        telemetry=[part for _, part in parts],
-        sigma=runs.sigma[of_run],
-        noise_freedom=runs.noise_freedom,
-        estimated_noise=[],
-        color=runs.color,
-        windowed=[],
-        belief=runs.belief,
-        torque_noise=None,
-        trim_group=[(runs.trim_group or runs.names)[number] for number in of_run],
     )
 
 

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from testbed.arrays import Array, Theta
-from testbed.diagnosis.data import Runs, in_parts
+from testbed.diagnosis.data import Runs, chosen
 from testbed.diagnosis.descent import ROUGHLY
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.model import Fit, Hypothesis
@@ -58,7 +58,7 @@ def _short(runs: Runs, placed: Sequence[Hypothesis]) -> Runs | None:
     parts = [(number, part) for number, run in enumerate(runs.grid.runs) for part in _parts(run)]
     if len(parts) <= len(runs.names):
         return None
-    return in_parts(runs, parts)
+    return chosen(runs, *zip(*parts, strict=True))  # parts of one run share its name, and with it its trim
 
 
 def _parts(run: Telemetry) -> Iterator[Telemetry]:
