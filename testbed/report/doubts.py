@@ -25,8 +25,8 @@ from testbed.report.wording import BAND, capitalized, chance_words, estimator_na
 
 DIAGNOSE = "try `testbed diagnose` on these records"
 _TRIM = (
-    "A constant torque is not estimated, and a trim of motors or jets, or a leak, is one: try "
-    'estimation.constant_torque = "body" first.'
+    'try estimation.constant_torque = "body" first, as a trim of motors or jets, or a leak, is a constant torque and is '
+    f"not estimated; then {DIAGNOSE}"
 )
 _WHERE = {"body": "in the body", "inertial": "in inertial axes"}
 _MOST_ATTENUATED = 0.5
@@ -47,10 +47,8 @@ def estimation_doubts(estimation: Estimation) -> Iterator[str]:
     """Yield what puts the estimates of one record in doubt; nothing where all is as it should be."""
     checks = estimation.checks
     if checks is not None:
-        of_residual = list(_residual_doubts(checks.residual, estimator_name(checks.best)))
-        yield from of_residual
-        if of_residual and any(each.frame == "body" for each in checks.neglected):
-            yield _TRIM
+        trim = any(each.frame == "body" for each in checks.neglected)
+        yield from _residual_doubts(checks.residual, estimator_name(checks.best), _TRIM if trim else DIAGNOSE)
         yield from _comparison_doubts(checks.compared)
         yield from _attenuation_doubts(checks.attenuation, estimator_name(checks.best))
     yield from _body_doubts(estimation.by_name)
@@ -145,12 +143,12 @@ def offset_interval_words(estimate: Answer, pivot: Pivoted) -> str:
     return f"With 95 % it lies within {listing} µm."
 
 
-def _residual_doubts(check: ResidualCheck, best: str) -> Iterator[str]:
+def _residual_doubts(check: ResidualCheck, best: str, advice: str) -> Iterator[str]:
     if check.size_p_value < REFUSED and check.size > _UNDERSTATED:
         yield (
             f"The residual of {best} is {figures(check.size, 3)} times the gyro's noise "
             f"({chance_words(check.size_p_value)}): something is missing in the model, or the noise is larger than "
-            f"stated; {DIAGNOSE}."
+            f"stated; {advice}."
         )
     if check.size < _OVERSTATED:
         yield (
@@ -160,7 +158,7 @@ def _residual_doubts(check: ResidualCheck, best: str) -> Iterator[str]:
     if check.whiteness_p_value < REFUSED:
         yield (
             f"The residual of {best} is not white ({chance_words(check.whiteness_p_value)}): what is missing in the "
-            f"model moves the platform, or the gyro's noise is correlated in time; {DIAGNOSE}."
+            f"model moves the platform, or the gyro's noise is correlated in time; {advice}."
         )
 
 
