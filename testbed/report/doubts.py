@@ -25,8 +25,8 @@ from testbed.report.wording import BAND, capitalized, chance_words, estimator_na
 
 DIAGNOSE = "try `testbed diagnose` on these records"
 _TRIM = (
-    'try estimation.constant_torque = "body" first, as a trim of motors or jets, or a leak, is a constant torque and is '
-    f"not estimated; then {DIAGNOSE}"
+    'try estimation.constant_torque = "body" first, as a trim of motors or jets, or a leak, is a constant torque and '
+    f"is not estimated; then {DIAGNOSE}"
 )
 _WHERE = {"body": "in the body", "inertial": "in inertial axes"}
 _MOST_ATTENUATED = 0.5
