@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf
 
 import numpy as np
+import scipy
 
 from testbed.dynamics.inertia import cross_matrix, inertia_of
 from testbed.scenario.actuators import wheel_count
@@ -29,9 +30,10 @@ def gyro_parameters(scenario: Scenario) -> GyroParameters:
         bias_correlation_time=inf if gyro.bias_correlation_time_s is None else gyro.bias_correlation_time_s,
         rate_random_walk=gyro.rate_random_walk_rad_s_per_sqrt_s,
         scale_factor_error=np.array(gyro.scale_factor_error),
-        # A gyro turned by the small vector v reads ω - v × ω of what the body feels; oblique axes add to it.
+        # A gyro turned by the vector v reads exp(-v×) ω of what the body feels; oblique axes add to it.
         misalignment=inertia_of(np.array([0.0, 0.0, 0.0, *gyro.cross_axis_rad]))
-        - cross_matrix(np.array(gyro.misalignment_rad)),
+        + scipy.linalg.expm(-cross_matrix(np.array(gyro.misalignment_rad)))
+        - np.eye(3),
         bandwidth=inf if gyro.bandwidth_hz is None else gyro.bandwidth_hz,
         latency=gyro.latency_s,
         saturation=inf if gyro.saturation_rad_s is None else gyro.saturation_rad_s,

@@ -31,8 +31,8 @@ def without_changed(
     """Return a reference without the effects that runs do not have as it does, and these.
 
     Those alone whose change explains more than any other effect would, or as much: what is new pulls at all that is
-    believed, and what looks like the change competes with it once its whole size is tested. Where torque is known in
-    part, none has: what a controller makes of the motion differs from flight to flight, by more than few records show.
+    believed, and what looks like the change competes with it once its whole size is tested. Where records show a
+    controller's answer to the motion, none has: that differs from flight to flight, by more than few records show.
 
     Args:
         reference: of healthy records.
@@ -41,7 +41,7 @@ def without_changed(
         theta: nominal inertia, shape (6,), kg·m².
     """
     changed: tuple[Hypothesis, ...] = ()
-    while reference.given and not runs.known_in_part:
+    while reference.given and not reference.of_loop:
         worst = _most_changed(reference, replace(runs, belief=reference.belief), effects, theta)
         if worst is None:
             break

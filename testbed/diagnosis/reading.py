@@ -235,7 +235,8 @@ class DataSet:
         """Return the data with what healthy records of the platform show in the place of what is stated of it."""
 
         def known(runs: Runs, belief: Belief) -> Runs:
-            runs = with_mean_thrust(runs.with_sigma(reference.sigma))
+            runs = runs.with_sigma(reference.sigma)
+            runs = with_mean_thrust(runs) if reference.of_loop else runs
             return replace(runs, belief=belief, noise_freedom=reference.noise_freedom)
 
         return replace(

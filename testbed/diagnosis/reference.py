@@ -9,11 +9,11 @@ import numpy as np
 
 from testbed.arrays import Array, Covariance, Indices, Theta, Vector3
 from testbed.diagnosis.belief import Belief, Shown
-from testbed.diagnosis.control_loop import acts_steadily, with_mean_thrust
+from testbed.diagnosis.control_loop import acts_steadily, shows_the_loop, with_mean_thrust
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.detectable import first_screening
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates, refit
-from testbed.diagnosis.model import Fit, Hypothesis, evaluated, orthonormal
+from testbed.diagnosis.model import UNDETERMINED, Fit, Hypothesis, evaluated, orthonormal
 from testbed.diagnosis.run_agreement import Seen, determined_inverse, rows_of_runs, seen_by_record
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, signatures
@@ -34,6 +34,7 @@ class Reference:
         sigma: of the gyro, shape (3,), rad/s.
         noise_freedom: degrees of freedom with which it is known.
         records: names of the healthy records.
+        of_loop: whether they show the controller's answer to the motion, rather than that to commands.
     """
 
     belief: Belief
@@ -41,6 +42,7 @@ class Reference:
     sigma: Vector3
     noise_freedom: float
     records: tuple[str, ...]
+    of_loop: bool = False
 
 
 def reference_of(diagnosis: Diagnosis) -> Reference:
@@ -53,9 +55,11 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         InputError: a single record, which does not show by how much the platform differs from flight to flight.
     """
     runs, model = with_own_trims(diagnosis.runs, diagnosis.model)
-    if (steady := with_mean_thrust(runs)) is not runs:
-        runs, model = steady, refit(steady, model)
-    heldout = diagnosis.heldout and with_mean_thrust(replace(diagnosis.heldout, trim_group=()))
+    heldout = diagnosis.heldout and replace(diagnosis.heldout, trim_group=())
+    of_loop = shows_the_loop(runs, model)
+    if of_loop:
+        runs, heldout = with_mean_thrust(runs), heldout and with_mean_thrust(heldout)
+        model = without_trims_by_name(runs, refit(runs, model))
     diagnosis = replace(diagnosis, runs=runs, model=model, heldout=heldout)
     others = None if heldout is None else fitted_initial_rates(heldout, model)
     seen = seen_by_record(diagnosis.runs, model)
@@ -86,7 +90,7 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         noise=tuple((each.key, *each.size) for each in diagnosis.scatter),
         common=_common_covariance(model, prior),
     )
-    shown = tuple(_shown_of_others(diagnosis, belief))
+    shown = tuple(_shown_of_others(diagnosis, belief)) if of_loop else ()
     belief = replace(belief, others=shown, records=len(seen), scatter=scatter, torque_noise=diagnosis.runs.torque_noise)
     return Reference(
         belief=belief,
@@ -94,7 +98,26 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         sigma=np.sqrt(np.mean(diagnosis.runs.sigma**2, axis=0)),
         noise_freedom=diagnosis.runs.noise_freedom,
         records=tuple(seen),
+        of_loop=of_loop,
     )
+
+
+def without_trims_by_name(runs: Runs, model: Fit) -> Fit:
+    """Return a model without the effects that no sample shows beside the records' trims, which take over what they did.
+
+    Under a mean thrust a weak motor is a constant torque. Taken over as what nothing is known of, it would explain
+    whatever torque is new in suspect records.
+    """
+    kept = [each for each in model.placed if _is_seen(model, each)]
+    if len(kept) == len(model.placed):
+        return model
+    return fitted(runs, kept, model.theta, [model.effect_values[model.own(each)] for each in kept], model)
+
+
+def _is_seen(model: Fit, placed: Hypothesis) -> bool:
+    """Return whether the samples show an effect beside all else that is fitted, by more than rounding."""
+    alone = model.jacobian[:, 6:][:, model.own(placed)]
+    return float(np.sum(model.signature_of(placed) ** 2)) > UNDETERMINED * float(np.sum(alone**2))
 
 
 def _shown_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[Shown]:
@@ -110,7 +133,7 @@ def _shown_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[Shown]:
         belief: what is known of their trims, beside which such effects are seen.
     """
     screening = first_screening(diagnosis)
-    if screening is None or not diagnosis.runs.known_in_part:
+    if screening is None:
         return
     runs = replace(diagnosis.runs, belief=belief)
     fit = evaluated(runs, diagnosis.model.placed, diagnosis.model.values)

@@ -19,7 +19,13 @@ TURNED, OBLIQUE = "gyro", "gyro_cross_axis"
 class _Turned(Hooks):
     @override
     def gyro_reading(self, reading: Array, value: Array, time: Series, run: int) -> Array:
-        return np.asarray(reading - cross(np.broadcast_to(value[:, None], reading.shape), reading))
+        turn = np.broadcast_to(value[:, None], reading.shape)
+        across = cross(turn, reading)
+        # sin θ / θ and (1 - cos θ) / θ² of Rodrigues' formula, to 1e-9 at the largest plausible θ
+        square = np.einsum("pk,pk->p", value, value)[:, None, None]
+        first = 1.0 - square / 6.0 * (1.0 - square / 20.0)
+        second = 0.5 - square / 24.0 * (1.0 - square / 30.0)
+        return np.asarray(reading - first * across + second * cross(turn, across))
 
 
 class _Oblique(Hooks):
@@ -32,9 +38,9 @@ class _Oblique(Hooks):
 
 @final
 class GyroMisalignment(Effect):
-    """ω̄ = ω - v × ω of the gyro turned by the small vector v; or ω̄ = (1 + E) ω, E symmetric with zero diagonal.
+    """ω̄ = exp(-v×) ω of the gyro turned by the vector v; or ω̄ = (1 + E) ω, E symmetric with zero diagonal.
 
-    The two are hypotheses of their own: at zero total momentum E is the same as products of inertia, v is not.
+    A turn of 2 deg without its square is 6e-4 of the rate, as another inertia would be. The two are hypotheses of their own: at zero total momentum E is the same as products of inertia, v is not.
     """
 
     id = "gyro_misalignment"

@@ -70,9 +70,25 @@ def impulse_of_held(middle: Series, samples: Array, axis: int = 0) -> BSpline:
         samples: shape (K, C), or with K on another axis.
         axis: along which they follow each other.
     """
+    return _impulse_between(_edges(middle), samples, axis)
+
+
+def within_held(time: Series, middle: Series) -> Series:
+    """Return instants, those of the first and the last period moved to the middle of these; others as they are.
+
+    Args:
+        time: of the instants, shape (N,), s.
+        middle: of the periods over which samples are held, shape (K,), s; only the first and last one reach beyond it.
+    """
+    edges = _edges(middle)
+    inside = (time >= edges[0] - _ROUNDING * np.ptp(middle)) & (time <= edges[-1] + _ROUNDING * np.ptp(middle))
+    return np.where(inside, np.clip(time, middle[0], middle[-1]), time)
+
+
+def _edges(middle: Series) -> Series:
+    """Return the instants between periods, from the beginning of the first to the end of the last, shape (K + 1,)."""
     between = 0.5 * (middle[:-1] + middle[1:])
-    edges = np.concatenate([[2.0 * middle[0] - between[0]], between, [2.0 * middle[-1] - between[-1]]])
-    return _impulse_between(edges, samples, axis)
+    return np.concatenate([[2.0 * middle[0] - between[0]], between, [2.0 * middle[-1] - between[-1]]])
 
 
 def _impulse_between(edges: Series, samples: Array, axis: int = 0) -> BSpline:

@@ -17,6 +17,8 @@ OUTLYING = 4.5
 """
 _SIDE = 2
 """Samples on either side that it is compared with: the edge of a jump agrees with one side."""
+AT_ENDS = _SIDE
+"""Samples at either end of a run that have fewer neighbours there."""
 _OF_DIFFERENCES = float(np.sqrt(1.0 + 1.0 / _SIDE))
 """Standard deviation of a sample less the mean of its neighbours on one side, in that of the noise."""
 FEWEST = 2 * _SIDE + 1

@@ -22,7 +22,7 @@ from testbed.cmg.wheels import Wheels
 from testbed.dynamics.environment import Pivoted
 from testbed.errors import InputError
 from testbed.estimation.gaps import FEWEST_SAMPLES, covered_by, stretches
-from testbed.estimation.held import along_steps, corners_of, impulse_of_held
+from testbed.estimation.held import along_steps, corners_of, impulse_of_held, within_held
 from testbed.estimation.slow_bias import SlowBias
 from testbed.estimation.surroundings import Surroundings
 
@@ -441,7 +441,10 @@ def covered_part(telemetry: Telemetry) -> Telemetry:
         raise InputError(
             f"the actuator telemetry has {len(telemetry.actuator_time)} samples; an estimate needs {FEWEST_SAMPLES}"
         )
-    covered = np.flatnonzero(covered_by(telemetry.gyro_time, telemetry.actuator_time))
+    asked = telemetry.gyro_time
+    if telemetry.torque_held:
+        asked = within_held(asked, telemetry.actuator_time)
+    covered = np.flatnonzero(covered_by(asked, telemetry.actuator_time))
     keep = np.concatenate([covered[run] for run in stretches(telemetry.gyro_time[covered])] or [covered[:0]])
     if len(keep) == 0:
         raise InputError(

@@ -38,13 +38,8 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     drift = sum((hook.gyro_clock_drift(value) for hook, value in pairs), np.zeros(1))
     averaging = [hook.gyro_averaging(value) for hook, value in pairs if overrides(hook, "gyro_averaging")]
     either_way = _read(grid, rates, lag, delay, drift, averaging)
-    # What the actuators did before the gyro's first sample is known of runs that begin in the middle of a motion.
-    known = np.array([run.actuator_time[0] < run.gyro_time[0] for run in grid.runs])
-    read = either_way[0]
-    if known.any():
-        read = np.where(known[:, None, None, None], either_way[-1], read)
-    held = _behind_effects(grid, pairs, read)
-    if len(either_way) == 1 or known.all() or not any(np.any(each) for each in (lag, delay, *averaging)):
+    held = _behind_effects(grid, pairs, either_way[0])
+    if len(either_way) == 1 or not any(np.any(each) for each in (lag, delay, *averaging)):
         return held
     moving = _behind_effects(grid, pairs, either_way[-1])
     return [_nearer(*each) for each in zip(held, moving, grid.runs, strict=True)]

@@ -52,7 +52,7 @@ class Gyro(Section):
     scale_factor_error: Three[ScaleError] = (0.0, 0.0, 0.0)
     """Relative scale factor error s of each axis: the gyro reads (1 + s) times the rate; a pure number."""
     misalignment_rad: Three[SmallAngle] = (0.0, 0.0, 0.0)
-    """Small rotation vector from body axes to gyro axes."""
+    """Rotation vector from body axes to gyro axes."""
     cross_axis_rad: Three[SmallAngle] = (0.0, 0.0, 0.0)
     """Share of the other axis that both y and z, both x and z, both x and y read: what makes the axes oblique."""
     bandwidth_hz: Corner | None = None

@@ -146,6 +146,8 @@ def test_an_inertia_that_is_not_that_of_the_healthy_records_is_said(grown, said)
     assert verdict.tone == ("warn" if said else "good")
 
 
-def test_where_torque_is_known_in_part_no_effect_has_changed():
+def test_where_records_show_a_controllers_answer_no_effect_has_changed():
     """Healthy flights of data/crazypad had another gain of the actuators than those fitted, with P = 1.000."""
-    assert without_changed(healthy(), SimpleNamespace(known_in_part=True), LIBRARY, theta()) == (healthy(), ())
+    of_loop = replace(healthy(), of_loop=True)
+    data = data_of(SUSPECT_SEEDS, wheel_torque_scale=0.04)
+    assert without_changed(of_loop, data.runs, LIBRARY, theta()) == (of_loop, ())

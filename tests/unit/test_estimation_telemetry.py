@@ -9,7 +9,7 @@ from support.synthetic_telemetry import exact_telemetry, nominal_flight, sample_
 from testbed.cmg.cluster import cluster_momentum, inertia_change
 from testbed.errors import InputError
 from testbed.estimation.actuation import actuation
-from testbed.estimation.telemetry import covered_part
+from testbed.estimation.telemetry import Telemetry, covered_part
 
 FLIGHT = nominal_flight()
 TIMES = sample_times(16.0)
@@ -71,3 +71,21 @@ def test_the_platforms_own_momentum_stands_in_for_missing_encoders():
     known = actuation(replace(TELEMETRY, gimbals=None, cluster_momentum=momentum_B), TIMES[3:7])
     np.testing.assert_allclose(known.cluster_momentum_B, momentum_B[3:7], atol=1e-12)
     assert not known.inertia_change_B.any()
+
+
+@pytest.mark.parametrize(("held", "kept"), [(True, 11), (False, 9)])
+def test_a_torque_that_is_held_covers_the_whole_of_its_first_and_last_period(held, kept):
+    """Without the first sample a slow gyro had been released a sample late, and an actuator's lag was named for it."""
+    read = 0.01 * np.arange(12)
+    telemetry = Telemetry(
+        gyro_time=read,
+        body_rate=np.zeros((12, 3)),
+        gyro_noise=1e-3,
+        actuator_time=0.005 + 0.01 * np.arange(10),  # from 0 to 0.1 s
+        gimbals=None,
+        cluster_momentum=None,
+        applied_torque=np.zeros((10, 3)),
+        torque_held=held,
+        initial_momentum="estimated",
+    )
+    assert len(covered_part(telemetry).gyro_time) == kept

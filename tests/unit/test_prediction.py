@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 from typing_extensions import override
 
 from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
@@ -88,14 +89,17 @@ def test_gimbals_are_moved_by_the_body_and_not_by_what_a_late_gyro_shows():
 
 
 @pytest.mark.parametrize(("effect", "value"), [("gyro_latency", 0.03), ("gyro_bandwidth", 0.03)])
-def test_a_late_gyro_shows_what_was_before_its_first_sample_where_that_is_known(effect, value):
-    """A run that begins in the middle of a motion, whose actuators' telemetry begins before its gyro's."""
+def test_a_late_gyro_shows_what_was_before_its_first_sample(effect, value):
+    """A run that begins in the middle of a motion, and one that was released: its own samples say which it was."""
     hooks, whole = [EFFECTS[effect].hooks("gyro")], replace(values(value), initial_rate=INITIAL_RATE[:1])
     shown = predicted(grid_of([RUN]), hooks, whole)[0][0]
-    cut = replace(RUN, gyro_time=RUN.gyro_time[20:], body_rate=RUN.body_rate[20:])
-    late = predicted(grid_of([cut]), hooks, replace(whole, initial_rate=RUN.body_rate[20][None, None]))[0][0]
+    cut = replace(RUN, gyro_time=RUN.gyro_time[20:], body_rate=shown[20:])
+    first = replace(whole, initial_rate=RUN.body_rate[20][None, None])
+    late = predicted(grid_of([cut]), hooks, first)[0][0]
     np.testing.assert_allclose(late, shown[20:], atol=3e-4)
     assert np.abs(late[0] - RUN.body_rate[20]).max() > 3e-3
+    released = replace(cut, body_rate=cut.body_rate + (RUN.body_rate[20] - shown[20]))
+    np.testing.assert_allclose(predicted(grid_of([released]), hooks, first)[0][0][0], RUN.body_rate[20], atol=1e-9)
 
 
 @pytest.mark.parametrize("drift", [0.01, -0.01])
@@ -311,3 +315,14 @@ def test_specks_of_the_second_degree_are_followed_as_step_by_step(effect):
     for compiled, expected in zip(*every, strict=True):
         assert np.abs(expected).max() > 0.0
         np.testing.assert_allclose(compiled, expected, atol=1e-10 * np.abs(expected).max())
+
+
+def test_a_gyro_that_is_turned_reads_the_rate_about_its_own_axes_however_far_it_is_turned():
+    """Without the square of 2 deg the inertia was off by seven standard deviations."""
+    turn = np.array([0.12, -0.15, 0.05])
+    straight, turned = (
+        predicted(GRID, [], values()),
+        predicted(GRID, [EFFECTS["gyro_misalignment"].hooks("gyro")], values(turn)),
+    )
+    own = Rotation.from_rotvec(turn).inv().apply(straight[0][0])
+    np.testing.assert_allclose(turned[0][0], own, atol=1e-9)

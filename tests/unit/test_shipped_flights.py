@@ -11,7 +11,11 @@ import pytest
 from benchmarks.crazypad import Kept, diagnosed
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.control_loop import acts_steadily, with_mean_thrust
+from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.reference import without_trims_by_name
+from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.records.reading import read_data_set
 from testbed.scenario.reader import read_body_scenario
@@ -68,6 +72,16 @@ def test_in_a_loop_what_acts_on_changes_alone_is_not_tested_for():
         {"actuator_lag", "actuator_delay", "rotor_acceleration_reaction", "telemetry_skew", "gyro_scale", "gyro_bias"}
         | {"gyro_latency", "viscous_drag", "quadratic_drag", "slosh", "contact", "dry_friction"}
     )
+
+
+def test_in_a_loop_a_motors_constant_torque_is_left_to_the_trims():
+    """Taken over as 0.0016 ± 1, a healthy motor's share explained 15 % that it lost later."""
+    runs = with_mean_thrust(runs_of_flights())
+    scenario_theta = theta_of(nominal_body(SCENARIO).inertia)
+    weak = Hypothesis(effect=EFFECTS["actuator_weak"], component="3")
+    delay = Hypothesis(effect=EFFECTS["actuator_delay"], component="actuators")
+    model = fitted(runs, [delay, weak], scenario_theta, [np.array([0.03]), np.array([0.0016])])
+    assert without_trims_by_name(runs, model).placed == (delay,)
 
 
 def test_in_a_loop_each_motor_has_its_mean_thrust_and_all_have_the_torque_that_they_had():
