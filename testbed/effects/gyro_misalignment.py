@@ -21,7 +21,7 @@ class _Turned(Hooks):
     def gyro_reading(self, reading: Array, value: Array, time: Series, run: int) -> Array:
         turn = np.broadcast_to(value[:, None], reading.shape)
         across = cross(turn, reading)
-        # sin θ / θ and (1 - cos θ) / θ² of Rodrigues' formula, to 1e-9 at the largest plausible θ
+        # sin θ / θ and (1 - cos θ) / θ² of Rodrigues' formula, to 1e-8 at the largest plausible θ
         square = np.einsum("pk,pk->p", value, value)[:, None, None]
         first = 1.0 - square / 6.0 * (1.0 - square / 20.0)
         second = 0.5 - square / 24.0 * (1.0 - square / 30.0)
@@ -40,7 +40,8 @@ class _Oblique(Hooks):
 class GyroMisalignment(Effect):
     """ω̄ = exp(-v×) ω of the gyro turned by the vector v; or ω̄ = (1 + E) ω, E symmetric with zero diagonal.
 
-    A turn of 2 deg without its square is 6e-4 of the rate, as another inertia would be. The two are hypotheses of their own: at zero total momentum E is the same as products of inertia, v is not.
+    A turn of 2 deg without its square is 6e-4 of the rate off, as another inertia would make it. The two are hypotheses
+    of their own: at zero total momentum E is the same as products of inertia, v is not.
     """
 
     id = "gyro_misalignment"

@@ -29,8 +29,8 @@ class GyroParameters:
         rate_random_walk: K, (rad/s)/√s; starts at zero.
         angle_quantization: Q, rad: the angle step of a rate-integrating gyro over √12.
         scale_factor_error: s, shape (3,), of each axis.
-        misalignment: E, shape (3, 3): row i says what axis i reads of the others, rad. Of a gyro that is turned it is the
-            rotation less I, with a diagonal of second order; a symmetric part makes its axes oblique.
+        misalignment: E, shape (3, 3): row i says what axis i reads of the others, rad. Of a gyro that is turned it is
+            the rotation less I, with a diagonal of second order; a symmetric part makes its axes oblique.
         bandwidth: of a first-order low-pass at -3 dB, Hz; infinite for none.
         latency: of its readings, s.
         saturation: largest reading, each axis, rad/s; infinite for none.
