@@ -226,13 +226,19 @@ def _step_probability(diagnosis: Diagnosis, step: Step) -> float:
 
 
 def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Return what there is to say of a noise that is stated larger than it is; a smaller one is an effect."""
+    """Return what there is to say of a noise that is taken for larger than it is; a smaller one is an effect."""
     if not diagnosis.noise.overstated:
         return ()
     ratio = float(np.sqrt(np.nanmean(diagnosis.noise.ratio**2)))
+    taken = (
+        "the gyro's noise is stated too large"
+        if np.isinf(diagnosis.runs.noise_freedom)
+        else "the gyro's noise, which no record states, was taken from its fastest changes, and what the effects explain "
+        "is among these"
+    )
     return (
-        f"the gyro's noise is stated too large: the samples show {ratio:.2f} times as much; effects have to be larger "
-        "than they need to be to be found: state gyro_noise_rad_s as it is",
+        f"{taken}: the samples show {ratio:.2f} times as much; effects have to be larger than they need to be to be "
+        "found: state gyro_noise_rad_s beside the records as it is",
     )
 
 

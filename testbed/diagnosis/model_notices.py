@@ -26,6 +26,7 @@ def model_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
         *_known_noise_words(diagnosis),
         *_instant_words(diagnosis),
         *_inertia_words(diagnosis),
+        *_unexplained_words(diagnosis),
         *_set_aside_words(diagnosis),
         *_rival_words(diagnosis),
     )
@@ -140,6 +141,14 @@ def _inertia_words(diagnosis: Diagnosis) -> Iterator[str]:
             f"the records want a {which} inertia than a factor of {np.exp(belief.reach):.2g} from the nominal one, to "
             "which it is held: torque per command, or what turns the platform beside it, is not as stated; "
             "platform.inertia_uncertainty widens the limit"
+        )
+
+
+def _unexplained_words(diagnosis: Diagnosis) -> Iterator[str]:
+    if diagnosis.verdict == "unexplained":
+        yield (
+            "the intervals of the inertia hold of a model that lacks nothing: what is unexplained may move it by many "
+            "times as much"
         )
 
 

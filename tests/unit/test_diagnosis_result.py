@@ -16,6 +16,7 @@ from testbed.diagnosis.detectable import detectable_sizes
 from testbed.diagnosis.location import located
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.model_notices import model_notices
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.settings import SETTINGS
@@ -57,6 +58,7 @@ def pulsing():
 def test_a_single_run_has_no_held_out_gap_and_json_says_null():
     answer = content(last(records(1)))
     assert answer["verdict"] == "none"
+    assert not any("what is unexplained" in notice for notice in model_notices(last(records(1))))
     assert answer["gap"]["heldout_after"] is None
     assert answer["steps"] == []
     json.dumps(answer, allow_nan=False)
@@ -67,6 +69,7 @@ def test_a_single_run_gets_no_name_and_what_explains_it_is_reported():
     diagnosis = last(records(1, hooks=[late.hooks("gyro")], values=[np.array([12e-3])]))
     answer = content(diagnosis)
     assert answer["verdict"] == "unexplained"
+    assert any("what is unexplained may move it" in notice for notice in model_notices(diagnosis))
     assert {step["effect"] for step in answer["steps"]} <= {"inertia"}
     assert max(answer["probabilities"], key=answer["probabilities"].get) == "gyro_latency:gyro"
     assert "What explains it best: gyro_latency (gyro). A single run gets no name" in diagnosis_verdict(diagnosis).text

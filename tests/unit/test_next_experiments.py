@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import numpy as np
+import pytest
+
 from support.diagnosed_records import nominal, records
+from testbed.diagnosis.findings import noise_notices
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.reference import reference_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.report.diagnosis.next import no_design_words, same_inertia_words
@@ -47,3 +52,21 @@ def test_where_the_inertia_changed_what_passes_for_that_is_said():
 
 def test_where_the_inertia_is_the_nominal_one_nothing_is_said_of_it():
     assert not list(same_inertia_words(state_of(1.0)))
+
+
+def test_where_the_inertia_changed_beside_a_reference_that_is_said_as_well():
+    scenario, platform = nominal()
+    healthy, theta = data_set_of(records(3), scenario, platform), 0.95 * theta_of(platform.inertia)
+    effects = {"gyro_scale": EFFECTS["gyro_scale"]}
+    *_, reference = diagnosed(healthy.runs, healthy.heldout, effects, theta)
+    suspect = data_set_of(records(2), scenario, platform).against(reference_of(reference))
+    *_, last = diagnosed(suspect.runs, suspect.heldout, effects, theta, given=suspect.given)
+    assert "gyro_scale (x, y, z)" in "".join(same_inertia_words(last))
+
+
+@pytest.mark.parametrize(("freedom", "words"), [(np.inf, "is stated too large"), (800.0, "which no record states")])
+def test_noise_that_is_taken_for_too_large_is_called_stated_where_it_is(freedom, words):
+    noise = SimpleNamespace(overstated=True, ratio=np.array([0.64, 0.64, np.nan]))
+    (notice,) = noise_notices(SimpleNamespace(noise=noise, runs=SimpleNamespace(noise_freedom=freedom)))
+    assert words in notice
+    assert "0.64 times" in notice

@@ -66,7 +66,8 @@ def no_design_words(diagnosis: Diagnosis) -> Iterator[str]:
 
 def same_inertia_words(diagnosis: Diagnosis) -> Iterator[str]:
     """Yield what the change of the inertia may be as well, of a platform that is not flown to tell them apart."""
-    if diagnosis.runs.belief is not None or not inertia_change(diagnosis).significant:
+    # Under applied torque the inertia is known as its ratio to the torque per command, of which notices say more.
+    if diagnosis.runs.trimmed or not inertia_change(diagnosis).significant:
         return
     components: dict[str, list[str]] = {}
     for placed in hidden_by_inertia(diagnosis):
