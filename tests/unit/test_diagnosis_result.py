@@ -15,8 +15,8 @@ from testbed.diagnosis.candidates import NONE, UNKNOWN
 from testbed.diagnosis.detectable import detectable_sizes
 from testbed.diagnosis.location import located
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.model_notices import model_notices
+from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.settings import SETTINGS
