@@ -233,8 +233,8 @@ def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
     taken = (
         "the gyro's noise is stated too large"
         if np.isinf(diagnosis.runs.noise_freedom)
-        else "the gyro's noise, which no record states, was taken from its fastest changes, and what the effects explain "
-        "is among these"
+        else "the gyro's noise, which no record states, was taken from its fastest changes, and what the effects "
+        "explain is among these"
     )
     return (
         f"{taken}: the samples show {ratio:.2f} times as much; effects have to be larger than they need to be to be "
