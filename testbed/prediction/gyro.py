@@ -38,8 +38,12 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     drift = sum((hook.gyro_clock_drift(value) for hook, value in pairs), np.zeros(1))
     averaging = [hook.gyro_averaging(value) for hook, value in pairs if overrides(hook, "gyro_averaging")]
     either_way = _read(grid, rates, lag, delay, drift, averaging)
-    held = _behind_effects(grid, pairs, either_way[0])
-    if len(either_way) == 1 or not any(np.any(each) for each in (lag, delay, *averaging)):
+    known = np.array([_begins_in_motion(run) for run in grid.runs])
+    read = either_way[0]
+    if known.any():
+        read = np.where(known[:, None, None, None], either_way[-1], read)
+    held = _behind_effects(grid, pairs, read)
+    if len(either_way) == 1 or known.all() or not any(np.any(each) for each in (lag, delay, *averaging)):
         return held
     moving = _behind_effects(grid, pairs, either_way[-1])
     return [_nearer(*each) for each in zip(held, moving, grid.runs, strict=True)]
@@ -54,6 +58,16 @@ def _behind_effects(grid: Grid, pairs: Sequence[tuple[Hooks, Array]], read: Arra
             reading = hook.gyro_reading(reading, value, telemetry.gyro_time, int(grid.number[run]))
         predicted.append(reading)
     return predicted
+
+
+_LOST = 3
+"""Samples that a record may have lost at its start: if the actuators' telemetry begins earlier than by these, the run
+begins in the middle of a motion, as a window does, and what its actuators did before is known."""
+
+
+def _begins_in_motion(run: Telemetry) -> bool:
+    interval = float(np.median(np.diff(run.gyro_time)))
+    return bool(run.gyro_time[0] - run.actuator_time[0] > _LOST * interval)
 
 
 def _nearer(held: Array, moving: Array, run: Telemetry) -> Array:
