@@ -127,13 +127,18 @@ def _inertia_words(diagnosis: Diagnosis) -> Iterator[str]:
         return
     if belief.reach < SETTINGS.least_reference_scatter:
         yield (
-            "the inertia is taken as it is stated, and its interval says nothing: over windows only its ratio to the "
-            "torque per command shows, and that has a factor of its own about each axis; platform.inertia_uncertainty "
-            "lets it be estimated"
+            "the inertia is taken as it is stated, and its interval says nothing: commands explain too little of the "
+            "motion; platform.inertia_uncertainty lets it be estimated"
             if diagnosis.runs.known_in_part
             else 'the inertia is taken as it is stated: inertia = "known"'
         )
         return
+    if diagnosis.runs.known_in_part:
+        yield (
+            "over windows only the inertia's ratio to the torque per command shows, and that has a factor of its own "
+            f"about each axis: the moments are as stated, to {belief.log_ratio_std:.2g} of them; "
+            "platform.inertia_uncertainty states another share"
+        )
     _, limits = belief.ways(diagnosis.model.theta)
     if limits.any():
         which = "larger" if limits.sum() > 0.0 else "smaller"

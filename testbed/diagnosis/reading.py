@@ -13,10 +13,10 @@ from testbed.assembly.platform import Body
 from testbed.diagnosis.actuator_telemetry import unknown_between, where_known, with_telemetry_noise
 from testbed.diagnosis.belief import Belief
 from testbed.diagnosis.channels import too_exact_torques
-from testbed.diagnosis.control_loop import with_mean_thrust
+from testbed.diagnosis.control_loop import shows_the_loop, with_mean_thrust
 from testbed.diagnosis.copies import Flights
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.fitting import fitted, nominal_fit
+from testbed.diagnosis.fitting import fitted, nominal_fit, starts_of
 from testbed.diagnosis.gate import Gate, require_motion, require_si, require_this_platform
 from testbed.diagnosis.held_motors import along_chords
 from testbed.diagnosis.measurement_notices import notices_of
@@ -178,6 +178,22 @@ def belief_of(runs: Runs, scenario: BodyScenario, theta: Theta) -> Belief | None
     )
 
 
+def _with_open_products(runs: Runs, theta: Theta) -> Runs:
+    """Return windows whose inertia is nearly as stated, rather than just so, if their commands explain the motion.
+
+    Where they do not, records show what a controller makes of draughts, and of that no inertia can be learned.
+    """
+    given = _given(runs)
+    try:
+        fit = fitted(runs, given, theta, starts_of(runs, given))
+    except InputError:  # the motion runs away
+        return runs
+    if runs.belief is None or shows_the_loop(runs, fit):
+        return runs
+    std = SETTINGS.window_inertia_uncertainty
+    return replace(runs, belief=replace(runs.belief, log_ratio_std=std, reach=SETTINGS.inertia_reach * std))
+
+
 def _given(runs: Runs) -> tuple[Hypothesis, ...]:
     """Return the effects that every model of runs has: over windows, torque per command is known in part."""
     if not runs.known_in_part:
@@ -283,9 +299,13 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
         runs = replace(runs, noise_uncertainty=scenario.gyro.noise_uncertainty)
         return with_telemetry_noise(runs, passed.baseline.theta)
 
+    runs = of(fit, passed.belief)
+    if runs.known_in_part and scenario.platform.inertia_uncertainty is None and scenario.platform.inertia != "known":
+        runs = _with_open_products(runs, theta)
+    belief = runs.belief
     return DataSet(
-        runs=of(fit, passed.belief),
-        heldout=of(heldout, None if passed.belief is None else passed.belief.of_records()) if heldout else None,
+        runs=runs,
+        heldout=of(heldout, None if belief is None else belief.of_records()) if heldout else None,
         fit_records=tuple(usable[index][0].details.name for index in fit),
         heldout_records=tuple(usable[index][0].details.name for index in heldout),
         notices=(

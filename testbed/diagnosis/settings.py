@@ -242,6 +242,14 @@ class DiagnosisSettings:
     Source: chosen: torque per command is known to tens of per cent (docs/notes/2026-11-21-real-flights.md), and a
     common factor of torque and inertia does not show in the motion.
     """
+    window_inertia_uncertainty: float = 0.05
+    """The same where runs are cut into windows: with the torque per command free about each axis, they show its
+    products and hardly more.
+
+    Source: chosen: by mass properties or a swing, inertia is known to a twentieth; products that are held to what is
+    stated pass for a gyro's oblique axes, as 2 % of them did in healthy flights. With 0.3, half the flights of
+    data/crazyflie asked for twice the inertia about x.
+    """
     torque_scale_uncertainty: float = 1.0
     """Standard deviation of the logarithm of the torque that a command gives, about each axis, where runs are cut into
     windows because it is known in part.

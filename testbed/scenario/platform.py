@@ -72,7 +72,8 @@ class Platform(Section):
     """"known": a diagnosis takes the nominal inertia for true; omitted: it is estimated."""
     inertia_uncertainty: Annotated[float, Field(gt=0, le=10)] | None = None
     """Relative standard deviation of the nominal inertia in a diagnosis, about any axis; omitted: 0.3 under applied
-    torque, which is rarely known better, and none at all where momentum is measured, which shows the inertia."""
+    torque, which is rarely known better, 0.05 over windows of it, which show its products alone, and none at all where
+    momentum is measured, which shows the inertia."""
     mass_kg: Mass | None = None
     """Mass of the whole platform."""
     edge_m: Edge | None = None
