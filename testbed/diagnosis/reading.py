@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.fitting import fitted, nominal_fit, starts_of
 from testbed.diagnosis.gate import Gate, require_motion, require_si, require_this_platform
 from testbed.diagnosis.held_motors import along_chords
+from testbed.diagnosis.held_torques import HELD, are_held, may_be_held
 from testbed.diagnosis.measurement_notices import notices_of
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, without_spikes
@@ -82,6 +83,24 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
         InputError: no record can be used, the records' channels differ, or they are of another platform or in other
             units, or hardly turn.
     """
+    if scenario.diagnosis.applied_torque is not None:
+        return _gated(records, scenario, nominal, at_rest=at_rest)
+    joined = _gated(records, sent_as(scenario, "sampled"), nominal, at_rest=at_rest)
+    if not may_be_held(joined.together, joined.baseline):
+        return joined
+    held = _gated(records, sent_as(scenario, "held"), nominal, at_rest=at_rest)
+    if not are_held(joined.together, joined.baseline, held.together, held.baseline):
+        return joined
+    return replace(held, doubts=(*held.doubts, HELD))
+
+
+def sent_as(scenario: BodyScenario, applied_torque: Literal["sampled", "held"]) -> BodyScenario:
+    """Return a scenario that says what a sample of an applied torque is."""
+    stated = scenario.diagnosis.model_copy(update={"applied_torque": applied_torque})
+    return scenario.model_copy(update={"diagnosis": stated})
+
+
+def _gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, at_rest: bool) -> Gated:
     usable: Usable = []
     refused: list[str] = []
     notices: list[tuple[str, str]] = []

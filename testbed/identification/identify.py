@@ -14,7 +14,7 @@ from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis.actuator_telemetry import unknown_between, where_known
 from testbed.diagnosis.bridging import bridged_stretches
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.reading import TOO_EXACT, gated
+from testbed.diagnosis.reading import TOO_EXACT, gated, sent_as
 from testbed.diagnosis.windows import PARTS_USED, STAND_ALONE, outliers_notice
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.errors import InputError
@@ -90,6 +90,8 @@ def identify(scenario: BodyScenario, nominal: Body, records: Sequence[Record]) -
     )  # neither averaged nor cut into windows
     passed = gated([_looked_at(record) for record in cut], plain, nominal, at_rest=True)
     _require_free(passed.together)
+    if passed.together.grid.torque_held:
+        scenario = sent_as(scenario, "held")
     notices += [(record.details.name, _unused(record)) for record in records if record.extra_columns]
     # Outliers are counted below, all of them, parts are those of the estimators, and these compare no torques.
     notices += [notice for notice in passed.notices if not notice[1].endswith((STAND_ALONE, PARTS_USED, TOO_EXACT))]

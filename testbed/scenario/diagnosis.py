@@ -25,9 +25,10 @@ class Diagnosis(Section):
     sample_rate_hz: Rate | None = None
     """Gyro and actuators are averaged down to about this rate, for records with more samples than the motion needs;
     omitted: as they were sampled."""
-    applied_torque: Literal["sampled", "held"] = "sampled"
+    applied_torque: Literal["sampled", "held"] | None = None
     """What a sample of `applied_torque` says: the torque at its time, with straight lines between samples, or the
-    torque from its time until the next sample, as a flight computer commands it."""
+    torque from its time until the next sample, as a flight computer commands it; omitted: straight lines, unless the
+    motion of whole runs shows its corners."""
     control_rate_hz: Rate | None = None
     """Rate at which the controller of the measured flights commands gimbals and wheels; omitted: that of [simulation].
     Of a platform that is only measured, commands are believed to change no faster than they are sampled, unless the

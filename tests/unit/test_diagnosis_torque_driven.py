@@ -13,6 +13,7 @@ from testbed.diagnosis import screening
 from testbed.diagnosis.findings import additions, inertia_change
 from testbed.diagnosis.fitting import fitted, starts_of
 from testbed.diagnosis.formulas import screened_formulas
+from testbed.diagnosis.held_torques import HELD
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.reference import reference_of
@@ -176,14 +177,27 @@ class TestTorqueNoise:
         np.testing.assert_allclose(found[:, 4], least[:, 4], rtol=1e-12)
 
 
+def with_early_torques(record: Record) -> Record:
+    """Return a record with every second sample of its torques, as they will be half such an interval later."""
+    torque = np.full_like(record.channels["applied_torque"], np.nan)
+    torque[:-1:2] = record.channels["applied_torque"][1::2]
+    return replace(record, channels={"body_rate": record.channels["body_rate"], "applied_torque": torque})
+
+
 class TestHeldTorque:
     """Thrusters whose torque is held for 50 ms; half of that is a delay to whoever draws straight lines."""
 
     EVERY = 50
-    STATED = WHOLE.model_copy(update={"diagnosis": type(SCENARIO.diagnosis)(applied_torque="held")})
+    STATED, SAMPLED = (
+        WHOLE.model_copy(update={"diagnosis": type(SCENARIO.diagnosis)(applied_torque=each)})
+        for each in ("held", "sampled")
+    )
 
-    def held(self, seed, *, count=40, scatter=0.0, lost=0.0, late=0):
-        """A flight whose torques are off by a share at random, all of them by a lost one, and late by so many ms."""
+    def held(self, seed, *, count=40, scatter=0.0, lost=0.0, late=0, read=EVERY):
+        """A flight whose torques are off by a share at random, all of them by a lost one, and late by so many ms.
+
+        The gyro is read every so many ms.
+        """
         rng, step = np.random.default_rng(seed), 1e-3
         asked = 1e-5 * rng.standard_normal((count, 3))
         given = asked * (1.0 - lost + scatter * np.random.default_rng(1000 + seed).standard_normal(asked.shape))
@@ -193,10 +207,11 @@ class TestHeldTorque:
         for index, each in enumerate(acting[np.clip(np.arange(len(acting)) - late, 0, len(acting) - 1)]):
             rates[index] = rate
             rate = rate + step * np.linalg.solve(NOMINAL.inertia, each - np.cross(rate, NOMINAL.inertia @ rate))
-        rows = slice(0, None, self.EVERY)
+        rows = slice(0, None, read)
+        sent = np.where((np.arange(len(torque)) % self.EVERY == 0)[:, None], torque, np.nan)
         return Record(
             time=(np.arange(len(torque)) * step)[rows],
-            channels={"body_rate": (rates + rng.normal(0.0, SIGMA, rates.shape))[rows], "applied_torque": torque[rows]},
+            channels={"body_rate": (rates + rng.normal(0.0, SIGMA, rates.shape))[rows], "applied_torque": sent[rows]},
             details=RunDetails(name=f"flight_{seed}", gyro_noise=SIGMA),
         )
 
@@ -205,13 +220,33 @@ class TestHeldTorque:
         return additions(last_of(data_set_of(records, scenario, NOMINAL), ("actuator_delay", "viscous_drag")))
 
     def test_where_it_is_taken_for_samples_the_delay_is_doubted_with_the_key_that_says_so(self):
-        (added,) = self.additions(WHOLE)
+        (added,) = self.additions(self.SAMPLED)
         assert added.effect.id == "actuator_delay"
         assert added.quantities[0].value == pytest.approx(0.025, abs=2e-3)
         assert any('applied_torque = "held"' in doubt for doubt in added.doubts)
 
     def test_where_it_is_stated_nothing_is_late(self):
         assert not self.additions(self.STATED)
+
+    def test_where_it_is_not_stated_nothing_is_late_either(self):
+        assert not self.additions(WHOLE)
+
+    @pytest.mark.parametrize("late", [0, 25])
+    def test_a_gyro_that_is_faster_shows_the_corners_and_what_is_late_beside_them(self, late):
+        """A healthy rig with torques at 10 Hz took over two minutes for names, the first a delay of half of that."""
+        records = [self.held(seed, late=late, read=10) for seed in range(5)]
+        data = data_set_of(records, WHOLE, NOMINAL)
+        assert data.runs.grid.torque_held
+        assert HELD in data.notices
+        state = last_of(data, ("actuator_delay", "viscous_drag"))
+        assert [step.key for step in state.steps] == (["actuator_delay:actuators"] if late else [])
+        if late:
+            assert state.model.effect_values[0] == pytest.approx(0.001 * late, abs=1e-3)
+
+    def test_torques_on_lines_that_are_late_by_half_a_sample_are_not_held(self):
+        data = data_set_of([with_early_torques(flown(seed)) for seed in range(3)], WHOLE, NOMINAL)
+        assert data.runs.trimmed
+        assert not data.runs.grid.torque_held
 
     def test_a_late_torque_and_a_late_gyro_explain_the_same(self):
         """A spline through a torque that jumps cost its delay χ² 88 in a stranger's flights: the gyro had P = 1.000."""
