@@ -21,6 +21,10 @@ Source: chosen: samples of a torque that is held leave 20 and more; below it the
 _SEEN = 30.0
 """Of χ², by which held torques have to explain more than lines that are late: five times what decides between
 hypotheses."""
+_MOST = 0.5
+"""Share of what lines leave beyond noise that held torques may leave: where both miss much, something else is missing.
+
+Source: chosen: a torque that was held left 1e-5 of it, and lines of one that was not left less than steps."""
 HELD = (
     "applied_torque is held from each sample until the next, as the motion shows, and is taken so; [diagnosis] "
     'applied_torque = "sampled" would join the samples by straight lines'
@@ -47,14 +51,19 @@ def are_held(runs: Runs, joined: Fit, held_runs: Runs, held: Fit) -> bool:
         held: likewise.
     """
     in_one_noise = float(np.mean(held_runs.sigma**2) / np.mean(runs.sigma**2))
-    return _least_of_late(held_runs, held, 0.0) * in_one_noise < _least_of_late(runs, joined, 0.5) - _SEEN
+    lines, steps = _least_of_late(runs, joined, 0.5), _least_of_late(held_runs, held, 0.0) * in_one_noise
+    return steps < lines - _SEEN and steps - joined.freedom < _MOST * (lines - joined.freedom)
 
 
 def _least_of_late(runs: Runs, fit: Fit, share: float) -> float:
-    """Return χ² of torques that are late by a share of the time between their samples, or by what fits better."""
-    late = Hypothesis(effect=EFFECTS["telemetry_skew"], component="actuators")
+    """Return χ² of torques that are late by a share of the time between their samples, or by what fits better.
+
+    Behind a lag as well: actuators mostly have one, and either shape of a torque misses much without it.
+    """
     interval = float(np.median([np.median(np.diff(run.actuator_time)) for run in runs.grid.runs]))
+    late = [Hypothesis(effect=EFFECTS[each], component="actuators") for each in ("telemetry_skew", "actuator_lag")]
+    starts = [np.array([-share * interval]), np.array([0.01])]
     try:
-        return fitted(runs, [late], fit.theta, [np.array([-share * interval])], fit).chi_square
+        return min(fitted(runs, late, fit.theta, starts, fit).chi_square, fit.chi_square)
     except InputError:  # the motion runs away
         return fit.chi_square

@@ -25,6 +25,7 @@ from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, without_spikes
 from testbed.diagnosis.reference import Reference
 from testbed.diagnosis.roles import by_role
+from testbed.diagnosis.run_starts import with_history
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.diagnosis.tachometers import least_scattered
 from testbed.diagnosis.torque_knowledge import require_known_torque
@@ -118,6 +119,8 @@ def _gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, 
     if not usable:
         raise InputError("\n".join(refused))
     usable = _with_open_starts(_in_phase(usable))
+    if scenario.diagnosis.horizon_s is None:  # windows have it
+        usable = _with_telemetry(usable, with_history(_telemetry(usable)))
     together = runs_together(usable, range(len(usable)))
     if too_exact_torques(together.grid):
         usable = _without_torques(usable)

@@ -274,6 +274,8 @@ class Telemetry(Generic[Gimbals_co]):
         reading_error: the part of it by which the gyro misreads the rate that it is of, alike.
         surroundings: what acts on the platform from outside, and its attitude; None where nothing does. On a pivot the
             place of the centre of mass is estimated jointly, and all inertias are about the pivot.
+        followed_from: when the motion that is predicted begins, s, where that is before the first gyro sample that is
+            compared; None where it is that.
         live: about which body axes the platform turns; about the others a rig's bearing holds it, their rates are zero
             and compared with nothing.
     """
@@ -297,6 +299,7 @@ class Telemetry(Generic[Gimbals_co]):
     noise_freedom: float = np.inf
     gyro_error: Vectors3 | None = None
     reading_error: Vectors3 | None = None
+    followed_from: float | None = None
     live: tuple[bool, bool, bool] = ALL_AXES
     surroundings: Surroundings | None = None
 
@@ -406,6 +409,11 @@ class Telemetry(Generic[Gimbals_co]):
     def with_actuator_rows(self: Telemetry, rows: slice | Flags) -> Telemetry:
         """Return the run with some of its actuators' samples."""
         return self.with_actuator_samples(self.actuator_time[rows], lambda samples: samples[rows])
+
+    @property
+    def begin(self) -> float:
+        """When the motion that is predicted begins, s."""
+        return float(self.gyro_time[0]) if self.followed_from is None else self.followed_from
 
     def with_gyro_rows(self: Telemetry, rows: slice | Flags | NDArray[np.intp]) -> Telemetry:
         """Return the run with some of its gyro's samples, as they were read."""

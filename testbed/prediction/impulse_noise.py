@@ -166,7 +166,9 @@ def _fit(columns: Array, scale: Array) -> _OneWheel:
 
 def _columns(impulses: Impulses) -> Array:
     """Return what the motion took, then what may explain it, shape (1 + 5, L, W), N·m·s."""
-    usual = impulses.last * np.median(impulses.interval)
-    before = np.concatenate([usual[:1], usual[:-1]])
+    # All commands through the same interval: where its stamps are off, so are these, and no sum of them is free of it.
+    last, interval = impulses.last, impulses.interval[:, None]
+    before = np.concatenate([last[:1], last[:-1]])
     further = np.concatenate([before[:1], before[:-1]])
-    return np.stack([impulses.needed, impulses.asked, before, further, impulses.turned, impulses.directed])
+    followed = [impulses.asked, interval * before, interval * further]
+    return np.stack([impulses.needed, *followed, impulses.turned, impulses.directed])
