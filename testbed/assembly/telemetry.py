@@ -271,7 +271,7 @@ def _gimbals(
         cluster=cluster,
         angle=angle,
         rotor_momentum=None if rotor_speed is None else rotor_speed * cluster.rotor_spin_inertia,
-        torque=_channel(record, "gimbal_torque", time),
+        torque=_motor_torques(record, time),
         servo=_servo(scenario, period),
     )
     return gimbals if command is None else gimbals.commanded(command)
@@ -325,6 +325,21 @@ def _command(record: Record, name: str, scenario: BodyScenario, time: Series) ->
 def _holds(scenario: BodyScenario, known: Series) -> bool:
     """Return whether a command that was recorded at such times holds from sample to sample."""
     return _control_period(scenario, known) >= (1.0 - _CLOCK_JITTER) * float(np.median(np.diff(known)))
+
+
+def _motor_torques(record: Record, time: Series) -> Array | None:
+    """Return the torques of the gimbals' motors at given times; not a number where they were not sampled then.
+
+    Between slow samples lines would pass for torques without noise. Of samples that never come at these times, lines.
+    """
+    if "gimbal_torque" not in record.channels:
+        return None
+    known, values = sampled(record, "gimbal_torque")
+    found = np.clip(np.searchsorted(known, time), 0, len(known) - 1)
+    then = known[found] == time
+    if not then.any():
+        return _channel(record, "gimbal_torque", time)
+    return np.where(then[:, None], values[found], np.nan)
 
 
 def _channel(record: Record, name: str, time: Series) -> Array | None:

@@ -14,7 +14,7 @@ from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.noise_color import NoiseColor
 from testbed.estimation.noise_spectrum import SpectrumPrior, noise_spectrum
-from testbed.prediction.compared import compared
+from testbed.prediction.compared import torques_compared
 from testbed.prediction.grid import Grid, unit_count
 from testbed.prediction.impulse_noise import IMPULSE_UNKNOWNS, ImpulseFit, impulse_fit, wheels_with
 from testbed.prediction.motor_torques import has_torques, measured_torques, unexplained_torques
@@ -117,7 +117,7 @@ def torque_channel(grid: Grid) -> Channel | None:
     """Return the measured motor torques of every run, each of shape (K, M), N·m; None without."""
     if not has_torques(grid):
         return None
-    torques, times = measured_torques(grid), [run.actuator_time[compared(run)] for run in grid.runs]
+    torques, times = measured_torques(grid), [run.actuator_time[torques_compared(run)] for run in grid.runs]
     sigma = _noise(torques)
     level, color = _torque_color(unexplained_torques(grid.gimbal_runs), times, sigma)
     return Channel(torques, [ChannelNoise(sigma=level * sigma, color=color, time=time) for time in times])

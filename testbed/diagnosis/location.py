@@ -15,7 +15,7 @@ from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.estimation.telemetry import Telemetry
-from testbed.prediction.compared import compared
+from testbed.prediction.compared import torques_compared
 from testbed.prediction.grid import unit_count
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.servo_response import by_units, followed
@@ -188,7 +188,7 @@ def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
     names = ["gimbal_torque"] * has_torques(runs.grid) + ["gimbal_angle"] * runs.grid.follows_commands
     for index, name in enumerate(names):
         values = blocks[index * len(runs.names) : (index + 1) * len(runs.names)]
-        times = [run.actuator_time[compared(run)] for run in runs.grid.runs]
+        times = [run.actuator_time[torques_compared(run)] for run in runs.grid.runs]
         if name == "gimbal_angle":
             commanded = runs.grid.commanded_runs
             values = [by_units(run, block) for run, block in zip(commanded, values, strict=True)]

@@ -14,7 +14,7 @@ from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.model import Fit, evaluated
 from testbed.diagnosis.state import Diagnosis
 from testbed.estimation.telemetry import Telemetry
-from testbed.prediction.compared import compared
+from testbed.prediction.compared import torques_compared
 from testbed.prediction.grid import unit_count
 from testbed.prediction.servo_response import by_units, followed
 from testbed.prediction.wheel_response import compared_wheels, impulse_times
@@ -173,7 +173,7 @@ def _gimbals(runs: Runs, fits: tuple[Fit, Fit], index: int) -> Iterator[GimbalRe
     of_gimbals = len(series) - len(wheels)
     for each in series[:of_gimbals]:
         if each[0].shape[1] == unit_count(runs.grid):
-            yield _channel("motor torques", "N·m", run.actuator_time[compared(run)], each)
+            yield _channel("motor torques", "N·m", run.actuator_time[torques_compared(run)], each)
         else:
             commanded = runs.grid.commanded_runs[index]
             by_unit = tuple(by_units(commanded, values) for values in each)

@@ -8,7 +8,7 @@ import numpy as np
 
 from testbed.arrays import Flags
 from testbed.estimation.gaps import covered_by, gaps
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalRun, Telemetry
 
 SETTLING = 0.2
 """s. How long a servo needs to take up its work: what the motors do until then is not compared. Its poles are at 25
@@ -33,6 +33,13 @@ def compared(run: Telemetry) -> Flags:
     gap = np.concatenate([[False], incomplete(run), [False]])
     inside = (run.actuator_time >= run.gyro_time[0] + SETTLING) & covered_by(run.actuator_time, run.gyro_time)
     return np.asarray(inside & ~gap[1:] & ~gap[:-1])
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def torques_compared(run: GimbalRun) -> Flags:
+    """Return at which of them the torques of the gimbals' motors are: those at which they were sampled, shape (K,)."""
+    torque = run.gimbals.torque
+    return compared(run) if torque is None else compared(run) & np.isfinite(torque).all(axis=1)
 
 
 def incomplete(run: Telemetry) -> Flags:

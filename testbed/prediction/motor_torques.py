@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Series, UnitSeries
 from testbed.estimation.telemetry import GimbalRun, GimbalTelemetry
-from testbed.prediction.compared import compared
+from testbed.prediction.compared import torques_compared
 from testbed.prediction.grid import Gimbals, Grid, at_nodes
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import effective_gimbals
@@ -34,7 +34,7 @@ def has_torques(grid: Grid) -> bool:
 
 def measured_torques(grid: Grid) -> list[Array]:
     """Return the motor torques of every run that are compared, each of shape (K, M), N·m."""
-    return [torque[compared(run)] for run, torque in _with_torques(grid.gimbal_runs)]
+    return [torque[torques_compared(run)] for run, torque in _with_torques(grid.gimbal_runs)]
 
 
 def motor_torques(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates: Array) -> list[Array]:
@@ -117,12 +117,12 @@ def _friction(run: GimbalRun) -> Array:
 
 def _missed(run: GimbalRun, torque: UnitSeries) -> Array:
     """Return a run's motor torques less those that its measured motion needs, shape (M K,), N·m."""
-    return np.asarray((torque[compared(run)] - _needed(run)(_torque_time(run))).ravel())
+    return np.asarray((torque[torques_compared(run)] - _needed(run)(_torque_time(run))).ravel())
 
 
 def _torque_time(run: GimbalRun) -> Series:
     """Return when the angles show what the compared torques are of, shape (K,), s; within the gyro's samples."""
-    return np.clip(run.actuator_time[compared(run)] + run.gimbals.angles_late, *run.gyro_time[[0, -1]])
+    return np.clip(run.actuator_time[torques_compared(run)] + run.gimbals.angles_late, *run.gyro_time[[0, -1]])
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -148,5 +148,5 @@ def _frictionless(run: GimbalRun, time: Array, gimbals: Gimbals, body_rate: Arra
 def _with_torques(runs: Iterable[GimbalRun]) -> Iterator[tuple[GimbalRun, UnitSeries]]:
     """Yield the runs that carry motor torques, with these, shape (K, M), N·m."""
     for run in runs:
-        if run.gimbals.torque is not None:
+        if run.gimbals.torque is not None and np.isfinite(run.gimbals.torque).all(axis=1).any():
             yield run, run.gimbals.torque
