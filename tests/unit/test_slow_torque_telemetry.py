@@ -31,7 +31,7 @@ def thinned(record, every):
 
 @pytest.mark.parametrize("every", [1, 5, 10])
 def test_their_noise_is_that_of_what_was_sampled(flown, every):
-    """On lines between samples at 5 Hz, torques with noise had none, and a friction in the gimbals was not looked for."""
+    """On lines between samples at 5 Hz, torques with noise had none: a friction in the gimbals was not looked for."""
     scenario, record = flown
     telemetry = telemetry_of(thinned(record, every), scenario, nominal_body(scenario))
     grid = grid_of([telemetry])
