@@ -14,7 +14,7 @@ from math import isinf, log
 import numpy as np
 import scipy
 
-from testbed.arrays import Array, Flags, Theta, Vector3
+from testbed.arrays import Array, Theta, Vector3
 from testbed.diagnosis.candidates import favoured_over_none, normalized
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted, nominal_fit
@@ -24,11 +24,8 @@ from testbed.diagnosis.size_prior import evidence_of_power
 from testbed.diagnosis.testable import components_on
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.fast_changes import variance_ratio
-from testbed.effects.gyro_saturation import flat_tops
 from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.estimation.noise_spectrum import NoiseSpectrum, SpectrumPrior, noise_spectrum
-from testbed.estimation.outliers import AT_ENDS, outliers
-from testbed.estimation.telemetry import Telemetry
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,43 +97,6 @@ def deviance(runs: Runs, fit: Fit) -> float:
         color = np.zeros(3) if runs.color is None else runs.color.log_scale(run.gyro_time)
         total += float((white[:, live] ** 2).sum() + 2.0 * (len(white) * np.log(sigma) - color)[live].sum())
     return total
-
-
-def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[int, ...]]:
-    """Return the runs' telemetry less the gyro's outliers, and their number by run.
-
-    A clipped peak of few samples would count as outliers to a model without the limit; it stays.
-
-    Args:
-        runs: measured.
-        fit: of any model to them; its residual is tested.
-    """
-    residuals = readings_of(runs, fit).residual
-    clipped = flat_tops(runs.grid.runs)
-    outlying = [
-        np.any(outliers(residual, sigma) & ~at_limit, axis=1)
-        for residual, sigma, at_limit in zip(residuals, runs.sigma, clipped, strict=True)
-    ]
-    outlying = _without_common_ends(outlying)
-    if np.concatenate(outlying).mean() > SETTINGS.most_outliers:
-        outlying = [np.zeros_like(each) for each in outlying]
-    cleaned = tuple(run.with_gyro_rows(~gone) for run, gone in zip(runs.grid.runs, outlying, strict=True))
-    return cleaned, tuple(int(gone.sum()) for gone in outlying)
-
-
-def _without_common_ends(outlying: Sequence[Flags]) -> list[Flags]:
-    """Return which samples are outliers, without those at the start of several runs, or at the end, if many have any.
-
-    A spike comes at any time. What a model lacks, such as the low-pass of a gyro, shows in all runs as they start from
-    rest, and a first sample has no neighbours before it that could tell the two apart.
-    """
-    kept = [each.copy() for each in outlying]
-    for end in (slice(None, AT_ENDS), slice(-AT_ENDS, None)):
-        at_end = [bool(each[end].any()) for each in kept]
-        if sum(at_end) > 1 and np.mean(at_end) > SETTINGS.most_outliers:
-            for each in kept:
-                each[end] = False
-    return kept
 
 
 def pooled_noise(runs: Runs, theta: Theta) -> tuple[float, float] | None:

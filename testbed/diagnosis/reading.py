@@ -22,11 +22,12 @@ from testbed.diagnosis.held_motors import along_chords
 from testbed.diagnosis.held_torques import HELD, are_held, may_be_held
 from testbed.diagnosis.measurement_notices import notices_of
 from testbed.diagnosis.model import Fit, Hypothesis
-from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, without_spikes
+from testbed.diagnosis.noise import pooled_noise, with_pooled_noise
 from testbed.diagnosis.reference import Reference
 from testbed.diagnosis.roles import by_role
 from testbed.diagnosis.run_starts import with_history
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
+from testbed.diagnosis.spikes import without_spikes
 from testbed.diagnosis.tachometers import least_scattered
 from testbed.diagnosis.torque_knowledge import require_known_torque
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
