@@ -35,7 +35,6 @@ def compared(run: Telemetry) -> Flags:
     return np.asarray(inside & ~gap[1:] & ~gap[:-1])
 
 
-@lru_cache(maxsize=_REMEMBERED)
 def torques_compared(run: GimbalRun) -> Flags:
     """Return at which of them the torques of the gimbals' motors are: those at which they were sampled, shape (K,)."""
     torque = run.gimbals.torque
