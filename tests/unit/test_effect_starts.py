@@ -15,6 +15,7 @@ from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.signatures import Signature, signatures
 from testbed.diagnosis.testable import hypotheses
+from testbed.dynamics.inertia import inertia_of
 from testbed.effects.registry import EFFECTS
 from testbed.estimation.telemetry import GimbalTelemetry, Telemetry
 from testbed.prediction.grid import PAUSE
@@ -156,7 +157,7 @@ def test_a_fast_gyro_shows_a_short_touch(rate):
     placed = Hypothesis(effect=EFFECTS["contact"], component="platform")
     fit = fitted(runs, [placed], sphere, [np.array([3.0, *impulse])])
     assert fit.chi_square < 1.2 * fit.freedom
-    np.testing.assert_allclose(fit.effect_values[1:] / fit.theta[:3], impulse / 0.03, rtol=0.05)
+    np.testing.assert_allclose(np.linalg.solve(inertia_of(fit.theta), fit.effect_values[1:]), impulse / 0.03, rtol=0.05)
 
 
 def test_a_contact_is_looked_for_at_instants_that_are_not_the_same():
