@@ -22,7 +22,7 @@ _SEEN = 30.0
 """Of χ², by which held torques have to explain more than lines that are late: five times what decides between
 hypotheses."""
 _MOST = 0.5
-"""Share of what lines leave beyond noise that held torques may leave: where both miss much, something else is missing.
+"""Share of the residual of lines, beyond noise, that held torques may have: where both miss much, something else lacks.
 
 Source: chosen: a torque that was held left 1e-5 of it, and lines of one that was not left less than steps."""
 HELD = (
@@ -61,8 +61,8 @@ def _least_of_late(runs: Runs, fit: Fit, share: float) -> float:
     Behind a lag as well: actuators mostly have one, and either shape of a torque misses much without it.
     """
     interval = float(np.median([np.median(np.diff(run.actuator_time)) for run in runs.grid.runs]))
-    late = [Hypothesis(effect=EFFECTS[each], component="actuators") for each in ("telemetry_skew", "actuator_lag")]
-    starts = [np.array([-share * interval]), np.array([0.01])]
+    skew, lag = (Hypothesis(effect=EFFECTS[each], component="actuators") for each in ("telemetry_skew", "actuator_lag"))
+    late, starts = [skew, lag], [np.array([-share * interval]), np.array([lag.effect.parameters[0].typical])]
     try:
         return min(fitted(runs, late, fit.theta, starts, fit).chi_square, fit.chi_square)
     except InputError:  # the motion runs away

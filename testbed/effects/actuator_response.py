@@ -42,7 +42,7 @@ def late_torque(asked_B: Array, grid: Grid, time_constant: Array, delay: Array) 
 
 
 def _held_behind_lag(asked: Array, lag: Array, *, released: bool) -> Array:
-    """Return what is left behind a lag of a torque that is held over each step, shape (B, T, W), exactly.
+    """Return what a lag makes of a torque that is held over each step, shape (B, T, W), exactly.
 
     A spline through its jumps had a low-pass of the gyro, which is the same, explain χ² 47 more. At nodes torques stand
     for their sides' mean; what stands between two gives the step its impulse, as in `held.along_steps`.

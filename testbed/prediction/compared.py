@@ -8,7 +8,7 @@ import numpy as np
 
 from testbed.arrays import Flags
 from testbed.estimation.gaps import covered_by, gaps
-from testbed.estimation.telemetry import GimbalRun, Telemetry
+from testbed.estimation.telemetry import Telemetry
 
 SETTLING = 0.2
 """s. How long a servo needs to take up its work: what the motors do until then is not compared. Its poles are at 25
@@ -35,9 +35,9 @@ def compared(run: Telemetry) -> Flags:
     return np.asarray(inside & ~gap[1:] & ~gap[:-1])
 
 
-def torques_compared(run: GimbalRun) -> Flags:
+def torques_compared(run: Telemetry) -> Flags:
     """Return at which of them the torques of the gimbals' motors are: those at which they were sampled, shape (K,)."""
-    torque = run.gimbals.torque
+    torque = None if run.gimbals is None else run.gimbals.torque
     return compared(run) if torque is None else compared(run) & np.isfinite(torque).all(axis=1)
 
 

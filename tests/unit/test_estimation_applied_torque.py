@@ -10,6 +10,7 @@ import pytest
 
 import testbed as tb
 from support.thrusters import body_scenario, turned_by_held
+from testbed.diagnosis.held_torques import HELD
 from testbed.dynamics.inertia import inertia_of
 from testbed.estimation.considered import considered_shifts
 from testbed.estimation.estimate import EstimationSettings
@@ -239,12 +240,25 @@ def test_alignments_are_not_of_measured_records(scenario):
     assert any("estimation.alignments is of flights" in notice for notice in found.identification.notices)
 
 
-def test_held_torques_that_are_not_said_to_be_held_are_asked_for(scenario):
-    drawn = scenario.model_copy(update={"diagnosis": type(scenario.diagnosis)()})
-    asked, right = (tb.estimate(each, tb.Records(tuple(records()))) for each in (drawn, scenario))
+def sent_as(scenario, word):
+    return scenario.model_copy(update={"diagnosis": type(scenario.diagnosis)(applied_torque=word)})
+
+
+def test_held_torques_that_are_said_to_be_samples_are_asked_for(scenario):
+    asked, right = (
+        tb.estimate(each, tb.Records(tuple(records()))) for each in (sent_as(scenario, "sampled"), scenario)
+    )
     assert "is in doubt" in asked.verdict or "put it in doubt" in asked.verdict
     assert any('applied_torque = "held"' in notice.text for notice in identification_notices(asked.identification))
     assert not any('"held"' in notice.text for notice in identification_notices(right.identification))
+
+
+def test_held_torques_that_are_not_said_to_be_held_are_taken_so(scenario):
+    found, right = (tb.estimate(each, tb.Records(tuple(records()))) for each in (sent_as(scenario, None), scenario))
+    assert found.combined.keys() == right.combined.keys()
+    for name, estimate in found.combined.items():
+        np.testing.assert_array_equal(estimate.theta, right.combined[name].theta)
+    assert HELD in found.identification.notices
 
 
 def test_the_estimator_in_which_uncertain_thrusts_add_up_least_is_pointed_out(scenario):
