@@ -90,7 +90,10 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     joined = _gated(records, sent_as(scenario, "sampled"), nominal, at_rest=at_rest)
     if not may_be_held(joined.together, joined.baseline):
         return joined
-    held = _gated(records, sent_as(scenario, "held"), nominal, at_rest=at_rest)
+    try:
+        held = _gated(records, sent_as(scenario, "held"), nominal, at_rest=at_rest)
+    except InputError:  # what does not pass the gate so is not held
+        return joined
     if not are_held(joined.together, joined.baseline, held.together, held.baseline):
         return joined
     return replace(held, doubts=(*held.doubts, HELD))

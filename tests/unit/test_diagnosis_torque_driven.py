@@ -9,7 +9,7 @@ import testbed as tb
 from testbed.arrays import Array
 from testbed.assembly.platform import nominal_body
 from testbed.assembly.telemetry import telemetry_of
-from testbed.diagnosis import screening
+from testbed.diagnosis import reading, screening
 from testbed.diagnosis.findings import additions, inertia_change
 from testbed.diagnosis.fitting import fitted, starts_of
 from testbed.diagnosis.formulas import screened_formulas
@@ -242,6 +242,18 @@ class TestHeldTorque:
         assert [step.key for step in state.steps] == (["actuator_delay:actuators"] if late else [])
         if late:
             assert state.model.effect_values[0] == pytest.approx(0.001 * late, abs=1e-3)
+
+    def test_what_does_not_pass_the_gate_as_held_is_not(self, monkeypatch):
+        whole = reading._gated
+
+        def refusing(records, scenario, nominal, *, at_rest):
+            if scenario.diagnosis.applied_torque == "held":
+                raise InputError("torque at random")
+            return whole(records, scenario, nominal, at_rest=at_rest)
+
+        monkeypatch.setattr(reading, "_gated", refusing)
+        passed = reading.gated([self.held(seed, read=10) for seed in range(3)], WHOLE, NOMINAL)
+        assert not passed.together.grid.torque_held
 
     def test_torques_on_lines_that_are_late_by_half_a_sample_are_not_held(self):
         data = data_set_of([with_early_torques(flown(seed)) for seed in range(3)], WHOLE, NOMINAL)
