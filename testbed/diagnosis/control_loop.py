@@ -24,12 +24,12 @@ NO_FEEDBACK = "commands that no controller makes of the body rate"
 
 
 def with_mean_thrust(runs: Runs) -> Runs:
-    """Return windows of records in which each actuator's thrust is its mean over the record; all others as they are.
+    """Return windows in which each actuator's thrust is its mean over the record; as they are where none is known.
 
     The torque that all of them make together stays as it is.
     """
     thrust = runs.grid.thrust
-    if thrust is None or not runs.known_in_part:
+    if thrust is None:
         return runs
     windows = [run.thrust for run in runs.grid.runs if run.thrust is not None]
     means = [

@@ -42,7 +42,7 @@ class Reference:
     sigma: Vector3
     noise_freedom: float
     records: tuple[str, ...]
-    of_loop: bool = False
+    of_loop: bool
 
 
 def reference_of(diagnosis: Diagnosis) -> Reference:

@@ -16,7 +16,9 @@ from testbed.estimation.telemetry import Telemetry
 _MOVING = 5.0
 """Times the gyro's noise of a first sample from which on a run has been turning: by chance in two of a million."""
 _HISTORY = 0.25
-"""s. What a lag of 50 ms leaves of a torque is then less than a hundredth: jets and motors have 20 to 90 ms."""
+"""s. What a lag of 50 ms leaves of a torque is then less than a hundredth.
+
+Source: chosen: jets and motors have 20 to 90 ms, and of the slowest a sixteenth is left."""
 _SHARE = 0.1
 """Share of the shortest run that it is at most.
 

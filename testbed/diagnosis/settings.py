@@ -247,8 +247,8 @@ class DiagnosisSettings:
     products and hardly more.
 
     Source: chosen: by mass properties or a swing, inertia is known to a twentieth; products that are held to what is
-    stated pass for a gyro's oblique axes, as 2 % of them did in healthy flights. With 0.3, half the flights of
-    data/crazyflie asked for twice the inertia about x.
+    stated pass for a gyro's oblique axes, as 2 % of them did in healthy flights. With 0.3 the flights of
+    data/crazyflie ask for twice the inertia about x.
     """
     torque_scale_uncertainty: float = 1.0
     """Standard deviation of the logarithm of the torque that a command gives, about each axis, where runs are cut into

@@ -38,7 +38,7 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     drift = sum((hook.gyro_clock_drift(value) for hook, value in pairs), np.zeros(1))
     averaging = [hook.gyro_averaging(value) for hook, value in pairs if overrides(hook, "gyro_averaging")]
     either_way = _read(grid, rates, lag, delay, drift, averaging)
-    known = np.array([_begins_in_motion(run) for run in grid.runs])
+    known = np.array([run.gyro_time[0] - run.actuator_time[0] for run in grid.runs]) > _LOST * grid.gyro_interval
     read = either_way[0]
     if known.any():
         read = np.where(known[:, None, None, None], either_way[-1], read)
@@ -62,12 +62,9 @@ def _behind_effects(grid: Grid, pairs: Sequence[tuple[Hooks, Array]], read: Arra
 
 _LOST = 3
 """Samples that a record may have lost at its start: if the actuators' telemetry begins earlier than by these, the run
-begins in the middle of a motion, as a window does, and what its actuators did before is known."""
+begins in the middle of a motion, as a window does, and what its actuators did before is known.
 
-
-def _begins_in_motion(run: Telemetry) -> bool:
-    interval = float(np.median(np.diff(run.gyro_time)))
-    return bool(run.gyro_time[0] - run.actuator_time[0] > _LOST * interval)
+Source: chosen: spikes at a start take one or two; a window has its whole length before it."""
 
 
 def _nearer(held: Array, moving: Array, run: Telemetry) -> Array:
