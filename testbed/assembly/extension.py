@@ -86,11 +86,14 @@ def _flown_keys(scenario: Scenario, extensions: Sequence[Extension]) -> Keys:
 
 
 def _merged(keys: Keys, changes: Mapping[str, Mapping[str, Any]]) -> Keys:
-    """Return keys with changes; units that are not alike hold a momentum at the start, which is then estimated."""
+    """Return keys with changes; units that are not alike hold a momentum at the start, which is then estimated.
+
+    A scenario that says nothing of estimates has it estimated by default.
+    """
     merged = deepcopy(keys)
     for section, values in changes.items():
         merged.setdefault(section, {}).update(values)
-    if "truth" in changes:
+    if "truth" in changes and "estimation" in merged:
         merged["estimation"]["initial_momentum"] = "estimated"
     return merged
 

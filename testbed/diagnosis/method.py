@@ -22,6 +22,7 @@ from testbed.diagnosis.latent import goodness, latent_torque, on_all_runs
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.noise import Residuals, deviance, noise_level, noise_tests, readings_of, with_noise_model
 from testbed.diagnosis.own_effects import require_kept
+from testbed.diagnosis.own_sizes import effect_of_own_sizes
 from testbed.diagnosis.search import (
     Search,
     gap_of,
@@ -132,6 +133,11 @@ class _Task:
                 state = replace(state, remaining=screening)
                 if _trims_differ(state, screening, chosen):
                     return
+                if chosen is not None and state.steps:
+                    differing = effect_of_own_sizes(state, screening.odds(chosen))
+                    if differing is not None:
+                        state = replace(state, differing=differing)
+                        break
                 larger = None if chosen is None else add(search, state, chosen, screening)
                 if larger is None or _fits_worse(larger, state):  # what fits worse is no explanation
                     break

@@ -43,6 +43,12 @@ class DiagnosisSettings:
     Source: chosen: an offset of a thruster's or motor's torque by a twentieth; where the records show trims of their
     own, they show them by far more than a factor in this number.
     """
+    size_scatter: float = 0.3
+    """Standard deviation by which an effect's size differs from run to run where it does, as a share of the size.
+
+    Source: chosen: what friction, drag or a battery's voltage does between a cold and a warm run; sizes that differ by
+    more or by a third of it show so by far more than a factor in this number.
+    """
     further_name_odds: float = 4.0
     """Posterior odds that the class of a second or third name needs against the model without it, its prior odds
     included.

@@ -98,6 +98,8 @@ class Diagnosis:
         shapes: of unmodelled torques, against the final model, the one with the most evidence first.
         unmodelled: evidence of any such torque against the baseline.
         explained: odds of all effects together against the baseline; 0 without any.
+        differing: effect in the model whose sizes of every run's own explain more than a further effect would; no such
+            one is added then. None where there is none.
         rivals: formulas that explain as much as effects of the library that leave nothing, the best one first.
         goodness: p-value of the χ² of the final model's gyro residual in all runs.
         untestable: effects for which a channel is missing.
@@ -125,6 +127,7 @@ class Diagnosis:
     shapes: tuple[TorqueShape, ...] = ()
     unmodelled: float = -inf
     explained: float = 0.0
+    differing: Hypothesis | None = None
     rivals: tuple[str, ...] = ()
     goodness: float = 1.0
     untestable: tuple[Untestable, ...] = ()
@@ -159,7 +162,9 @@ class Diagnosis:
     @property
     def unnamed(self) -> tuple[Candidate, ...]:
         """The significant effect that was not added, or was retracted, and its equivalence class."""
-        return () if self.remaining is None or accepted(self.remaining) is None else self.remaining.close
+        if self.differing is not None or self.remaining is None or accepted(self.remaining) is None:
+            return ()
+        return self.remaining.close
 
     @property
     def nearest(self) -> Fit:

@@ -80,10 +80,15 @@ def motion_function(actuators: Actuators, inertia: Matrix3, friction: Units) -> 
     body_acceleration = ca.solve(_inertia(cluster, inertia, frame), remainder)
     torque = _gimbal_torque(cluster, frame, acceleration, body_rate, body_acceleration)
     wheel_torque = _wheel_torque(wheels, motion[units:], rate[units:], body_acceleration, friction)
-    share = envelope_share_function(cluster)(of_units) if units else ca.SX(0.0)
+    share = envelope_share_function(cluster)(of_units) if has_envelope(actuators) else ca.SX(0.0)
     outputs = [body_rate, momentum, momentum_rate, share, _dexterity(actuators, frame), torque, wheel_torque]
     outputs.append(momentum - total)
     return ca.Function("motion", [motion, rate, acceleration, total], outputs)
+
+
+def has_envelope(actuators: Actuators) -> bool:
+    """Return whether there is an envelope to keep a margin to: the momentum of a single gyro is always on its own."""
+    return actuators.units > 1
 
 
 def _frame(cluster: Cluster, motion: ca.SX) -> _Frame:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
+from testbed.arrays import Matrix3
 from testbed.cmg.cluster import Cluster
 
 _AT_REST = 1e-3
@@ -18,15 +19,33 @@ def envelope_share_function(cluster: Cluster) -> ca.Function:
     The direction that comes closest to cutting h off is the normal u of the surface beyond it. The surface lies at
     ∇support(u) = Q(u) u, Q(u) = Σ |h_i| (I - g gᵀ)/sqrt(|u|² - (u·g)²): so u follows from h by repeated substitution,
     and an error of u is squared in the share. One row at each instant takes the place of dozens of fixed directions.
+    Of parallel gimbals the envelope is a disc, and what little the gimbals carry along their axis is left out.
 
     Args:
-        cluster: the units.
+        cluster: the units, two or more: the momentum of one is always on its envelope.
     """
     momentum = ca.SX.sym("momentum", 3)
-    normal = ca.solve(_surface(cluster, ca.SX.ones(len(cluster.rotor_momentum))), momentum)
-    normal = ca.solve(_surface(cluster, 1.0 / _across(cluster, normal)), momentum)
+    flat = _without_envelope(cluster)
+    within, filled = np.eye(3) - flat, np.abs(cluster.rotor_momentum).sum() * flat
+
+    def normal_to(weight: ca.SX) -> ca.SX:
+        found: ca.SX = ca.solve(_surface(cluster, weight) + filled, within @ momentum)
+        return found
+
+    normal = normal_to(ca.SX.ones(len(cluster.rotor_momentum)))
+    normal = normal_to(1.0 / _across(cluster, normal))
     support = ca.dot(np.abs(cluster.rotor_momentum), _across(cluster, normal))
     return ca.Function("envelope_share", [momentum], [ca.dot(normal, momentum) / support])
+
+
+_PARALLEL = 1e-9
+"""Square of the sine between gimbal axes below which they are parallel: above rounding, below any mounting error."""
+
+
+def _without_envelope(cluster: Cluster) -> Matrix3:
+    """Return g gᵀ of gimbals that are all parallel, along which the rotors carry nothing; else zero."""
+    share, axes = np.linalg.eigh(cluster.gimbal_axis_B.T @ cluster.gimbal_axis_B / len(cluster.gimbal_axis_B))
+    return np.outer(axes[:, -1], axes[:, -1]) if share[-1] > 1.0 - _PARALLEL else np.zeros((3, 3))
 
 
 def _surface(cluster: Cluster, weight: ca.SX) -> ca.SX:

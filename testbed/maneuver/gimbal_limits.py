@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from testbed.arrays import Series
-from testbed.maneuver.cluster_motion import MOTION_OUTPUTS, motion_function
+from testbed.maneuver.cluster_motion import MOTION_OUTPUTS, has_envelope, motion_function
 from testbed.maneuver.design import DesignProblem, GimbalLimits
 from testbed.maneuver.formulation import SplinePoints
 from testbed.maneuver.instants import Instants, at_instants
@@ -75,7 +75,7 @@ def path_limits(
             ("gimbal torque", values["gimbal_torque"], limits.gimbal_torque),
             ("wheel torque", values["wheel_torque"], limits.wheel_torque_fraction),
         ),
-        *_envelope(values["envelope_share"], limits.envelope_fraction if problem.actuators.units else 1.0),
+        *_envelope(values["envelope_share"], limits.envelope_fraction if has_envelope(problem.actuators) else 1.0),
         *_dexterity(values["dexterity"], limits.min_singularity_measure),
         _rest(problem, values["excess"][-1, :]),
     )

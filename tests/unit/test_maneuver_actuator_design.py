@@ -230,6 +230,32 @@ def test_what_does_not_go_together_is_refused_with_its_remedy(tmp_path, change, 
         read_scenario(written(tmp_path, "mixed", changed))
 
 
+def test_a_single_gyro_among_wheels_needs_no_margin_to_its_envelope_on_which_it_always_is(tmp_path):
+    """One gyro and wheels along all axes, the wheels' momentum against the rotor's at the start."""
+
+    def single(tree):
+        actuator_design(tree)
+        gyro = tree.pop("cluster")
+        for key in ("array", "units", "skew_deg", "mounting_radius_m"):
+            del gyro[key]
+        gyro |= {
+            "kind": "cmg",
+            "gimbal_axis": [1.0, 0.0, 0.0],
+            "spin_axis": [0.0, 1.0, 0.0],
+            "position_m": [0.05, 0.0, 0.0],
+        }
+        tree["actuators"] = [gyro, *tree["actuators"]]
+        tree["initial"] |= {
+            "gimbal_angle_rad": [0.0],
+            "wheel_momentum_N_m_s": [0.0, -gyro["rotor_momentum_N_m_s"], 0.0],
+        }
+
+    design = tb.design(tb.read_scenario(written(tmp_path, "mixed", single)))
+    reference = design.plan.maneuver.reference(np.linspace(0.0, 5.0, 101))
+    assert np.abs(reference.gimbal_angle).max() > 0.1
+    np.testing.assert_allclose(reference.body_rate[[0, -1]], 0.0, atol=1e-7)
+
+
 def test_a_table_without_wheel_speeds_leaves_null_motion_nowhere_to_go(tmp_path):
     (tmp_path / "table.csv").write_text(
         "time_s,body_rate_x_rad_s,body_rate_y_rad_s,body_rate_z_rad_s\n" + "".join(f"{k},0,0,0\n" for k in range(6))

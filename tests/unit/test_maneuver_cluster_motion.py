@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -75,6 +77,23 @@ def test_the_envelope_share_is_right_within_a_percent(cluster):
     share = envelope_share_function(cluster).map(300)
     on_envelope = directions / exact[:, None]
     np.testing.assert_allclose(share(on_envelope.T).full().ravel(), 1.0, atol=0.01 if cluster is CLUSTER else 0.03)
+
+
+def test_the_envelope_of_parallel_gimbals_is_a_disc():
+    """A scissored pair: its momentum is 2 h at most, normal to the gimbals; what these carry themselves is left out."""
+    pair = replace(
+        without_units(),
+        **{
+            name: getattr(CLUSTER, name)[:2]
+            for name in ("rotor_momentum", "rotor_spin_inertia", "rotor_transverse_inertia", "gimbal_inertia")
+        },
+        gimbal_axis_B=np.array([[0.6, 0.0, 0.8], [-0.6, 0.0, -0.8]]),
+        spin_axis_B=np.array([[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]]),
+    )
+    share, most = envelope_share_function(pair), pair.rotor_momentum.sum()
+    for within in ([0.0, 1.0, 0.0], [0.8, 0.0, -0.6], [0.8 / np.sqrt(2.0), 1.0 / np.sqrt(2.0), -0.6 / np.sqrt(2.0)]):
+        momentum = 0.7 * most * np.array(within) + 1e-3 * most * np.array([0.6, 0.0, 0.8])
+        assert float(share(momentum)) == pytest.approx(0.7, rel=1e-5)
 
 
 def test_the_envelope_share_is_smooth_at_rest():

@@ -1,0 +1,73 @@
+"""Whether what a model lacks is that one of its effects has another size in each run, as friction in cold and warm.
+
+A drag that differs by a fifth from flight to flight leaves a residual that a contact or an inertial torque explains in
+part. So no further effect is named where sizes of every run's own explain more than that effect does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from testbed.arrays import Array, Indices
+from testbed.diagnosis.fitting import fitted_initial_rates
+from testbed.diagnosis.model import Hypothesis, independent
+from testbed.diagnosis.run_agreement import Seen, determined_inverse, seen_by_record
+from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.state import Diagnosis
+
+
+def effect_of_own_sizes(state: Diagnosis, odds: float) -> Hypothesis | None:
+    """Return the effect whose sizes differ from run to run, if that is more probable than a further effect.
+
+    Args:
+        state: the model.
+        odds: twice the logarithm of the further effect's posterior odds against none.
+    """
+    if not all(each.effect.recurs for each in state.model.placed):  # columns of one run are no other's
+        return None
+    seen = list(seen_by_record(state.runs, state.model).values())
+    if state.heldout is not None:
+        seen.extend(seen_by_record(state.heldout, fitted_initial_rates(state.heldout, state.model)).values())
+    found = [(_log_odds(state, step.placed, seen), step.placed) for step in state.steps]
+    most, placed = max(found, key=lambda each: each[0], default=(odds, None))
+    return placed if most > odds else None
+
+
+def _log_odds(state: Diagnosis, placed: Hypothesis, seen: Sequence[Seen]) -> float:
+    """Return twice the logarithm of the posterior odds of an own size in every run against one of all; even a priori.
+
+    Sizes in runs scatter normally about one that is free. Of deviations with the information I and the slope s,
+    2 ln B = sᵀ (I + T⁻²)⁻¹ s - ln det(1 + T² I) (Savage-Dickey, as `trims.log_odds_of_own_trims`).
+    """
+    model, parameters = state.model, placed.effect.parameters
+    sized = np.array([not each.scanned for each in parameters])
+    away = model.effect_values[model.own(placed)] - np.array([each.absent for each in parameters])
+    own = (6 + np.arange(len(model.effect_values)))[model.own(placed)][sized]
+    scatter = SETTINGS.size_scatter * np.abs(away[sized])
+    own, scatter = own[scatter > 0.0], scatter[scatter > 0.0]
+    information, slope = _of_deviations(seen, own)
+    loose = np.tile(scatter, len(seen))
+    information, slope = independent(loose[:, None] * information * loose, loose * slope)
+    inner = np.eye(len(slope)) + information
+    gain = float(slope @ np.linalg.solve(inner, slope))
+    return gain - float(np.linalg.slogdet(inner)[1])
+
+
+def _of_deviations(seen: Sequence[Seen], own: Indices) -> tuple[Array, Array]:
+    """Return the information and the slope of parameters' deviations in every run, all that runs share projected out.
+
+    Args:
+        seen: what every record says of C parameters.
+        own: which K of them deviate.
+    """
+    shared = sum((each.normal for each in seen), np.zeros_like(seen[0].normal))
+    slope = sum((each.slope for each in seen), np.zeros_like(seen[0].slope))
+    inverse = determined_inverse(shared)
+    across = np.concatenate([each.normal[own] for each in seen])
+    information = -across @ inverse @ across.T
+    for run, each in enumerate(seen):
+        rows = slice(run * len(own), (run + 1) * len(own))
+        information[rows, rows] += each.normal[np.ix_(own, own)]
+    return information, np.concatenate([each.slope[own] for each in seen]) - across @ inverse @ slope
