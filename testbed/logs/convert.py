@@ -165,14 +165,19 @@ def _topic_problems(topic: str, survey: Mapping[str, Topic]) -> list[str]:
         return [there if survey else "it holds no messages: it is empty, or was cut short"]
     if TABLE in survey:
         return [f"topic {topic}: a table has no topics; leave topic out"]
-    return [f"topic {topic}: {_nearest(topic, list(survey))}"]
+    said = _nearest(topic, list(survey))
+    return [f"topic {topic}: {f'{said}; there are {_listed(list(survey))}' if said == _NOT_THERE else said}"]
 
 
 def _field_problems(topic: str, fields: list[str], survey: Mapping[str, Topic]) -> list[str]:
     if topic and not survey[topic].fields:
         return [f"topic {topic}: holds no message with a number"]
     where = f"topic {topic}, field" if topic else "column"
-    return [f"{where} {field}: {_field_problem(field, survey[topic])}" for field in fields]
+    said = {field: _field_problem(field, survey[topic]) for field in fields}
+    problems = [f"{where} {field}: {problem}" for field, problem in said.items()]
+    if _NOT_THERE in said.values():
+        problems.append(f"{f'topic {topic}' if topic else 'the table'} has {_listed(list(survey[topic].fields))}")
+    return problems
 
 
 def _field_problem(field: str, topic: Topic) -> str:
@@ -183,12 +188,13 @@ def _field_problem(field: str, topic: Topic) -> str:
     return _nearest(field, list(topic.fields))
 
 
+_NOT_THERE = "is not there"
+
+
 def _nearest(name: str, names: list[str]) -> str:
     folded = {each.lower(): each for each in names}
     near = difflib.get_close_matches(name.lower(), folded, n=_MOST_NAMED, cutoff=0.5)
-    if near:
-        return f"is not there; did you mean {', '.join(folded[each] for each in near)}?"
-    return f"is not there; there are {_listed(names)}"
+    return f"{_NOT_THERE}; did you mean {', '.join(folded[each] for each in near)}?" if near else _NOT_THERE
 
 
 def _listed(names: list[str]) -> str:

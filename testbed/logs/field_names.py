@@ -12,10 +12,11 @@ from testbed.signals import AXES, QUATERNION, unit_numbers
 
 SUFFIXES = {
     "rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "mrad_s": "mrad/s", "deg_s": "deg/s", "degs": "deg/s",
-    "dps": "deg/s", "mdps": "mdeg/s", "degps": "deg/s", "rpm": "rpm", "u_min": "rpm", "r_min": "rpm", "rad": "rad",
+    "dps": "deg/s", "mdps": "mdeg/s", "degps": "deg/s", "rpm": "rpm", "u_min": "rpm", "r_min": "rpm", "tr_min": "rpm",
+    "1_min": "rpm", "min-1": "rpm", "rad": "rad",
     "mrad": "mrad", "deg": "deg", "n_m": "N*m",
     "nm": "N*m", "mn_m": "mN*m", "mnm": "mN*m", "un_m": "uN*m", "unm": "uN*m",
-    "n_m_s": "N*m*s", "nms": "N*m*s", "mnms": "mN*m*s", "m_s2": "m/s^2",
+    "n.m": "N*m", "mn.m": "mN*m", "n_m_s": "N*m*s", "nms": "N*m*s", "mnms": "mN*m*s", "m_s2": "m/s^2",
     "mps2": "m/s^2", "g": "g_0", "mg": "mg_0", "s": "s", "sec": "s", "ms": "ms", "us": "us", "ns": "ns",
 }  # fmt: skip
 """Unit that the end of a name states."""
@@ -23,7 +24,7 @@ NAMED_BY_UNIT = ("rpm", "dps", "mdps")
 """Units that are a field's whole name: no quantity has such a name."""
 _OF_AXES = (("p", "q", "r"), ("roll", "pitch", "yaw"))
 """What components along x, y and z are called as well."""
-_BRACKETS = re.compile(r"\s*[\[(]\s*([^\])0-9][^\])]*)[\])]\s*$")
+_BRACKETS = re.compile(r"\s*[\[(]\s*((?:1/)?[^\])0-9][^\])]*)[\])]\s*$")
 _INDEXED = re.compile(r"^(.*?)[_.\s]?\[(\d+)\]$")
 _SINGLE = re.compile(r"(^|_)rw$", re.IGNORECASE)
 """Names that end in a letter of an axis and are whole words: a reaction wheel."""
@@ -90,6 +91,7 @@ def _components_of(field: str, stated: str) -> Iterator[Part]:
         r"^(roll|pitch|yaw)_?(.+)$",
         r"^(.+?)_([xyz]|\d+)_(.+)$",
         r"^([a-z]+)(\d+)_(.+)$",
+        r"^(.*[^\x00-\x7f])(\d+)(\D+)$",  # as in ホイール1回転数: no letter of ASCII is next to its number
     ):
         if found := re.match(pattern, tail, re.IGNORECASE):
             axis, rest = (found[1], found[2]) if found.re.groups == 2 else (found[2], f"{found[1]}_{found[3]}")

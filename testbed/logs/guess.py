@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 from testbed.errors import InputError
 from testbed.logs.field_names import NAMED_BY_UNIT, SUFFIXES, about, in_order, is_time, parts_of, without_unit
@@ -161,8 +162,8 @@ def _matches(
     said = {channel: _said_within(patterns, name, stem) for channel, patterns in _NAMES.items()}
     whole = re.split(r"[./]", stem.lower())[-1]
     unit = unit or (SUFFIXES[whole] if whole in NAMED_BY_UNIT else "")
-    if unit and not any(said.values()) and not _OTHERS.search(f"{name} {stem}".lower()):
-        yield from _by_unit(name, unit, fields)
+    if unit and not any(said.values()):
+        yield from _by_unit(name, unit, fields, others=bool(_OTHERS.search(f"{name} {stem}".lower())))
     for channel, patterns in _NAMES.items():
         ordered = in_order(SIGNALS[channel].sized(len(fields)).components, fields)
         if ordered is None and channel in ABOUT_AXES and len(axes) < len(AXES):
@@ -189,14 +190,23 @@ def _matches(
         )
 
 
-def _by_unit(topic: str, unit: str, fields: Mapping[str, str]) -> Iterator[_Candidate]:
-    """Yield what fields may be whose names say nothing, but their unit: what turns is numbered, or has three axes."""
+def _by_unit(topic: str, unit: str, fields: Mapping[str, str], *, others: bool) -> Iterator[_Candidate]:
+    """Yield what fields may be whose names say nothing, but their unit: what turns is numbered, or has three axes.
+
+    Args:
+        topic: of the fields.
+        unit: of the fields.
+        fields: by component.
+        others: whether a name is that of what belongs to a channel; of torques, a command is a channel itself.
+    """
     numbered = all(component.isdigit() for component in fields)
-    channel, components = ("wheel_speed", unit_numbers(len(fields))) if numbered else ("body_rate", AXES)
-    ordered = in_order(components, fields)
-    if ordered is not None and len(fields) == len(components) and is_unit_of(unit, SIGNALS[channel].unit):
-        why = f"the unit {unit} of {len(fields)} fields"
-        yield _Candidate(channel=channel, topic=topic, fields=ordered, unit=unit, why=why, score=0, by_unit=True)
+    of_wheels = () if others else ("wheel_speed",)
+    for channel in (*of_wheels, "wheel_torque_command") if numbered else () if others else ("body_rate",):
+        components = unit_numbers(len(fields)) if numbered else AXES
+        ordered = in_order(components, fields)
+        if ordered is not None and len(fields) == len(components) and is_unit_of(unit, SIGNALS[channel].unit):
+            why = f"the unit {unit} of {len(fields)} fields"
+            yield _Candidate(channel=channel, topic=topic, fields=ordered, unit=unit, why=why, score=0, by_unit=True)
 
 
 def _said(patterns: Sequence[tuple[str, int]], name: str) -> int:
@@ -232,16 +242,26 @@ def _turning(axes: Sequence[str], chosen: _Candidate, survey: Mapping[str, Topic
 
 
 def _clock(survey: Mapping[str, Topic]) -> str:
-    topic = survey[TABLE]
-    for field, value in topic.fields.items():
-        _, unit = without_unit(field)
-        unit = topic.units.get(field, unit)
-        if is_time(field) and (not unit or is_unit_of(unit, "s")):
-            why = "unit: stated"
-            if not unit:
-                unit, why = _unit_of_clock(value)
-            return f"[clock]\nfield = {_text(field)}\nunit = {_text(unit)}  # {why}\n"
-    return '[clock]\nfield = "?"  # CHECK: no column is called time\nunit = "s"\n'
+    field = _clock_field(survey[TABLE])
+    if not field:
+        return '[clock]\nfield = "?"  # CHECK: no column is called time\nunit = "s"\n'
+    unit, why = _unit_stated(field, survey[TABLE]), "unit: stated"
+    if not unit:
+        unit, why = _unit_of_clock(survey[TABLE].fields[field])
+    doubt = "" if is_time(field) else "  # CHECK: no name says so, but its unit"
+    return f"[clock]\nfield = {_text(field)}{doubt}\nunit = {_text(unit)}  # {why}\n"
+
+
+def _clock_field(table: Topic) -> str:
+    """Return the column that is called a time, or else the first whose unit is one; empty where there is none."""
+    units = {field: _unit_stated(field, table) for field in table.fields}
+    in_time = [field for field, unit in units.items() if unit and is_unit_of(unit, "s")]
+    called = (field for field, unit in units.items() if is_time(field) and (not unit or field in in_time))
+    return next(chain(called, in_time), "")
+
+
+def _unit_stated(field: str, topic: Topic) -> str:
+    return topic.units.get(field, without_unit(field)[1])
 
 
 def _unit_of_clock(first: float) -> tuple[str, str]:
@@ -335,7 +355,7 @@ def _left_out(best: Mapping[str, Sequence[_Candidate]], survey: Mapping[str, Top
     """Return the columns of a table that no channel takes, as a comment; logs with topics hold too many others."""
     if TABLE not in survey:
         return ""
-    taken = {field for each in best.values() for field in each[0].fields}
+    taken = {_clock_field(survey[TABLE]), *(field for each in best.values() for field in each[0].fields)}
     others = [field for field in survey[TABLE].fields if field not in taken and not is_time(field)]
     said = f"# Columns without a channel: {', '.join(map(_text, others))}\n" if others else ""
     empty = survey[TABLE].empty

@@ -231,6 +231,32 @@ def test_what_names_do_not_say_is_taken_from_units_and_marked(tmp_path):
     assert channels["wheel_speed"] == {"fields": ["Rad 1", "Rad 2", "Rad 3"], "unit": "rpm"}
 
 
+@pytest.mark.parametrize(
+    ("columns", "clock"),
+    [
+        (["時刻(us)", *(f"角速度{axis}(deg/s)" for axis in "XYZ"), *(f"ホイール{n}回転数(rpm)" for n in (1, 2, 3))], 0),
+        (["jour", *(f"vitesse {axis} (deg/s)" for axis in "xyz"), *(f"roue {n} (tr/min)" for n in (1, 2, 3))], 0),
+        ([*(f"Kreisel {axis} [deg/s]" for axis in "xyz"), *(f"Rad {n} [1/min]" for n in (1, 2, 3)), "Uhr [ms]"], 6),
+    ],
+)
+def test_logs_in_other_languages_are_read_by_their_units(tmp_path, columns, clock):
+    path, torques = tmp_path / "log.csv", [f"couple {n} (mN.m)" for n in (1, 2, 3)]
+    header, rows = [*columns, *torques], [["5"] * (len(columns) + 3) for _ in range(9)]
+    if columns[clock] == "jour":  # a clock that shows dates states its unit
+        for tick, row in enumerate(rows):
+            row[clock] = f"2026-05-03T10:22:{tick:02d}Z"
+    path.write_text("\n".join(map(",".join, [header, *rows])) + "\n", encoding="utf-8")
+    text = tb.guess_map(path)
+    found = tomllib.loads(text)
+    assert found["clock"]["field"] == columns[clock]
+    turning = [name for name in columns if name != columns[clock]]
+    assert found["channels"]["body_rate"] == {"fields": turning[:3], "unit": "deg/s"}
+    assert found["channels"]["wheel_speed"] == {"fields": turning[3:], "unit": "rpm"}
+    assert found["channels"]["wheel_torque_command"] == {"fields": torques, "unit": "mN*m"}
+    assert text.count("# CHECK: no name says so") == 4
+    assert "Columns without a channel" not in text
+
+
 def test_a_file_without_numbers_is_said_to_hold_none(tmp_path):
     path = tmp_path / "scenario.toml"
     path.write_text('name = "orbit"\n[platform]\n', encoding="utf-8")
