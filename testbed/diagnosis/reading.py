@@ -399,7 +399,8 @@ def _without_spikes(passed: Gated, notices: list[tuple[str, str]]) -> Usable:
         own = [next(cleaned) for _ in parts]
         kept.append((record, tuple(replace(part, telemetry=run) for part, (run, _) in zip(parts, own, strict=True))))
         if found := sum(count for _, count in own):
-            notices.append((record.details.name, outliers_notice(found)))
+            samples = sum(len(part.telemetry.gyro_time) for part in parts)
+            notices.append((record.details.name, outliers_notice(found, samples)))
     return kept
 
 

@@ -13,6 +13,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from testbed.arrays import Array, Flags, Series
@@ -25,7 +26,7 @@ from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of
-from testbed.estimation.outliers import gross_outliers
+from testbed.estimation.outliers import BY_CHANCE, gross_outliers
 from testbed.estimation.telemetry import Telemetry, covered_part
 from testbed.records.checks import MINIMUM_SAMPLES
 from testbed.records.record import Record
@@ -236,9 +237,22 @@ def _without_gross_outliers(name: str, telemetry: Telemetry, notices: list[tuple
     return telemetry.with_gyro_rows(~gone)
 
 
-def outliers_notice(count: int) -> str:
-    """Return what to say of gyro samples that were left out."""
-    return f"{count} gyro {'sample stands' if count == 1 else 'samples stand'} {STAND_ALONE}"
+_RARELY = 0.01
+"""Chance of more samples beyond the noise from which on they are no more than noise makes.
+
+Source: convention."""
+
+
+def outliers_notice(count: int, samples: int = 0) -> str:
+    """Return what to say of gyro samples that were left out.
+
+    Args:
+        count: of these.
+        samples: of all, if such a share of them may lie so by noise alone.
+    """
+    said = f"{count} gyro {'sample stands' if count == 1 else 'samples stand'} {STAND_ALONE}"
+    by_noise = float(scipy.stats.poisson.sf(count - 1, BY_CHANCE * samples)) > _RARELY
+    return f"{said}, as noise alone makes of so many" if by_noise else said
 
 
 _COVERED = 0.8

@@ -13,8 +13,10 @@ from testbed.arrays import Array, Flags
 OUTLYING = 4.5
 """Times the noise by which a sample lies beyond those before and those after it; of normal samples, 1.9e-5 do.
 
-∫ 2 φ(x) Φ(√2 (x - 4.5))² dx, as each side's mean has half the variance; of samples with three axes, 6e-5 are left out.
+∫ 2 φ(x) Φ(√2 (x - 4.5))² dx, as each side's mean has half the variance.
 """
+BY_CHANCE = 6e-5
+"""Share of samples with three axes that lie so by their noise alone."""
 _SIDE = 2
 """Samples on either side that it is compared with: the edge of a jump agrees with one side."""
 AT_ENDS = _SIDE

@@ -94,7 +94,8 @@ def identify(scenario: BodyScenario, nominal: Body, records: Sequence[Record]) -
         scenario = sent_as(scenario, "held")
     notices += [(record.details.name, _unused(record)) for record in records if record.extra_columns]
     # Outliers are counted below, all of them, parts are those of the estimators, and these compare no torques.
-    notices += [notice for notice in passed.notices if not notice[1].endswith((STAND_ALONE, PARTS_USED, TOO_EXACT))]
+    elsewhere = (STAND_ALONE, PARTS_USED, TOO_EXACT)
+    notices += [notice for notice in passed.notices if not any(said in notice[1] for said in elsewhere)]
     if scenario.estimation.alignments:
         notices += [(record.details.name, _NO_ALIGNMENTS) for record in cut]
     estimations: dict[str, Estimation] = {}

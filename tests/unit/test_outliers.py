@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from testbed.arrays import Array
-from testbed.estimation.outliers import gross_outliers
+from testbed.diagnosis.windows import outliers_notice
+from testbed.estimation.outliers import BY_CHANCE, gross_outliers, outliers
 
 NOISE, PERIOD = 8e-6, 0.1  # rad/s, s: a fibre-optic gyro of 0.009 deg/sqrt(h)
 TIME = PERIOD * np.arange(400)
@@ -32,3 +33,16 @@ def test_a_spike_is_found_by_itself(place, size):
     samples[place, 1] += size
     found = gross_outliers(samples, NOISE)
     assert np.argwhere(found).tolist() == [[place, 1]]
+
+
+def test_as_many_as_noise_makes_are_said_to_be_so():
+    """Of 7,200 samples with three axes 0.4 lie so by noise alone, four by none."""
+    assert outliers_notice(1, 7200).endswith("left out, as noise alone makes of so many")
+    for few in (outliers_notice(4, 7200), outliers_notice(1, 100), outliers_notice(1)):
+        assert few.endswith("left out")
+
+
+def test_the_share_that_noise_makes_is_as_stated():
+    values = np.random.default_rng(81).normal(size=(400_000, 3))
+    share = np.any(outliers(values, 1.0), axis=1).mean()
+    assert share == pytest.approx(BY_CHANCE, rel=0.5)  # 24 of them
