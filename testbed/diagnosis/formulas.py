@@ -16,6 +16,7 @@ from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.formula_responses import FormulaEvidence, formula_evidences
 from testbed.diagnosis.model import Fit, Hypothesis
+from testbed.diagnosis.own_sizes import with_own_sizes
 from testbed.diagnosis.screening import refitted, screened
 from testbed.diagnosis.search import Search, log_odds_of_all, odds_together, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
@@ -39,12 +40,9 @@ indistinguishable. A sine between two of the frequencies that are tried loses 5 
 def may_follow_formulas(state: Diagnosis) -> bool:
     """Return whether formulas may explain what the effects in the model leave, or what they explain.
 
-    Not over windows of torque that is known in part, where the residual is the loop's, nor beside healthy records, nor
-    where it is the sizes of an effect that differ.
+    Not over windows of torque that is known in part, where the residual is the loop's, nor beside healthy records.
     """
     belief = state.runs.belief
-    if state.differing is not None:
-        return False
     asked = state.left_over or bool(state.steps)
     return asked and not state.runs.known_in_part and (belief is None or not belief.others)
 
@@ -70,7 +68,7 @@ def with_formulas(
     Returns:
         The same diagnosis where no formula stands, with the formulas that its effects are not distinguished from.
     """
-    bare = with_model(replace(state, steps=(), explained=0.0), state.baseline) if state.steps else state
+    bare = with_model(replace(state, steps=(), explained=0.0, differing=None), state.baseline) if state.steps else state
     if state.unnamed and state.steps:  # beside another that stands out they have not been compared with anything
         state = replace(state, explained=_explained(state, bare))
     state, outdone = (state, False) if state.left_over else _with_rivals(state, bare, search)
@@ -88,16 +86,17 @@ def with_formulas(
             break
         grown = noise(larger)
         beside = search.screened(grown)
-        further = accepted(beside)
+        grown, further = with_own_sizes(grown, beside)
         while further is not None and search.has_room(grown):
             grown = noise(search.reconsidered(with_effect(grown, further, beside)))
             beside = search.screened(grown)
-            further = accepted(beside)
+            grown, further = with_own_sizes(grown, beside)
         state = residual(replace(grown, remaining=beside))
         explained = _explained(state, bare) if state.steps else 0.0
         left = evidence_of_any(state.shapes, beside.tested, beside.prior_odds.unmodelled)
         state = replace(state, explained=explained, unmodelled=explained + left)
-    if (begun.unnamed or not begun.left_over) and state.explained < begun.explained + SETTINGS.indistinguishable:
+    known = begun.unnamed or begun.differing or not begun.left_over
+    if known and state.explained < _with_own_sizes_explained(begun) + SETTINGS.indistinguishable:
         return begun
     # As for effects of the library: what has lower posterior odds than a torque that the grammar lacks is no name.
     lacking = [] if begun.steps else [shape for shape in begun.shapes if shape.kind in _NO_FORMULA]
@@ -128,6 +127,10 @@ def _explained(state: Diagnosis, bare: Diagnosis) -> float:
     return log_odds_of_all(_in_noise_of(bare, state), bare)
 
 
+def _with_own_sizes_explained(state: Diagnosis) -> float:
+    return state.explained + (0.0 if state.differing is None else state.differing.odds)
+
+
 def _in_noise_of(bare: Diagnosis, state: Diagnosis) -> Diagnosis:
     """Return the model of a diagnosis in the noise of the nominal one."""
     return with_model(replace(bare, steps=state.steps), state.model)
@@ -142,7 +145,8 @@ def _best_addition(
 ) -> tuple[Diagnosis, Candidate, Screening] | None:
     """Return the formula that explains the most, beside the effects in the model or in the place of the library's."""
     library = state.steps[0].screening if state.steps else state.remaining
-    bases = [(state, state.remaining)] if search.has_room(state) and state.left_over else []
+    beside = search.has_room(state) and state.left_over and state.differing is None
+    bases = [(state, state.remaining)] if beside else []
     if bare is not None and state.steps:
         bases.append((bare, search.screened(bare)))  # in the noise in which formulas are compared with it
     found = []

@@ -22,7 +22,7 @@ from testbed.diagnosis.latent import goodness, latent_torque, on_all_runs
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.noise import Residuals, deviance, noise_level, noise_tests, readings_of, with_noise_model
 from testbed.diagnosis.own_effects import require_kept
-from testbed.diagnosis.own_sizes import effect_of_own_sizes
+from testbed.diagnosis.own_sizes import with_own_sizes
 from testbed.diagnosis.search import (
     Search,
     gap_of,
@@ -129,15 +129,10 @@ class _Task:
             while search.has_room(state):
                 # All are linearised, the most promising ones refitted and compared.
                 screening = _without_cancelling(state, search.screened(state))
-                chosen = None if self.alone else accepted(screening)
                 state = replace(state, remaining=screening)
-                if _trims_differ(state, screening, chosen):
+                if _trims_differ(state, screening, None if self.alone else accepted(screening)):
                     return
-                if chosen is not None and state.steps:
-                    differing = effect_of_own_sizes(state, screening.odds(chosen))
-                    if differing is not None:
-                        state = replace(state, differing=differing)
-                        break
+                state, chosen = (state, None) if self.alone else with_own_sizes(state, screening)
                 larger = None if chosen is None else add(search, state, chosen, screening)
                 if larger is None or _fits_worse(larger, state):  # what fits worse is no explanation
                     break
@@ -290,7 +285,7 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     screening = state.steps[0].screening if state.steps else state.remaining
     assert screening is not None
     bare = _residual_tested(with_model(state, state.baseline) if state.steps else state)
-    bare = replace(bare, steps=(), remaining=screening, unmodelled=_unmodelled(bare, screening))
+    bare = replace(bare, steps=(), remaining=screening, differing=None, unmodelled=_unmodelled(bare, screening))
     if not state.steps:
         return bare
     tested = _residual_tested(state)
@@ -299,7 +294,8 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     shapes = no_better_than_together(bare.shapes, tested.shapes, by_effects)
     unmodelled = _unmodelled(replace(bare, shapes=shapes), screening)
     tested = replace(tested, unmodelled=unmodelled, explained=explained)
-    if tested.unmodelled > log_odds_of_class(tested) + 2.0 * log(SETTINGS.retraction_odds):
+    differing = 0.0 if state.differing is None else state.differing.odds
+    if tested.unmodelled > log_odds_of_class(tested) + differing + 2.0 * log(SETTINGS.retraction_odds):
         return replace(bare, retracted=tuple(step.placed for step in state.steps))
     return replace(tested, latent_before=bare.latent)
 

@@ -12,7 +12,7 @@ from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Quantity
-from testbed.prediction.grid import PAUSE, begin_of_runs
+from testbed.prediction.grid import begin_of_runs, run_at
 
 
 def model_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -113,11 +113,11 @@ def _instant_words(diagnosis: Diagnosis) -> Iterator[str]:
         quantities = quantities_of(runs, diagnosis.model, placed) if placed.effect.instant else ()
         for each in quantities:
             if each.name == placed.effect.instant:
-                late = each.value - begin_of_runs(runs.grid)
-                run = int(np.flatnonzero(late >= runs.grid.time[:, 0] - 0.5 * PAUSE)[-1])
+                run = run_at(runs.grid, each.value)
+                late = each.value - float(begin_of_runs(runs.grid)[run])
                 yield (
                     f"{placed.key}: {each.name} = {each.value:.4g}, in the fitted runs laid end to end, is "
-                    f"{late[run]:.4g} ± {each.std:.2g} s on the clock of {runs.names[run]}"
+                    f"{late:.4g} ± {each.std:.2g} s on the clock of {runs.names[run]}"
                 )
 
 

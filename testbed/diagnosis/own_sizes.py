@@ -7,32 +7,43 @@ part. So no further effect is named where sizes of every run's own explain more 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from testbed.arrays import Array, Indices
+from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.model import Hypothesis, independent
 from testbed.diagnosis.run_agreement import Seen, determined_inverse, seen_by_record
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.state import Diagnosis
+from testbed.diagnosis.state import Diagnosis, OwnSizes
 
 
-def effect_of_own_sizes(state: Diagnosis, odds: float) -> Hypothesis | None:
-    """Return the effect whose sizes differ from run to run, if that is more probable than a further effect.
+def with_own_sizes(state: Diagnosis, screening: Screening) -> tuple[Diagnosis, Candidate | None]:
+    """Return the effect to add; none where an effect in the model differs from run to run more probably.
 
     Args:
-        state: the model.
-        odds: twice the logarithm of the further effect's posterior odds against none.
+        state: the model, which then says so.
+        screening: of the hypotheses against it.
     """
+    chosen = accepted(screening)
+    if chosen is None or not state.steps:
+        return state, chosen
+    differing = _most_probable(state)
+    if differing is None or differing.odds <= screening.odds(chosen):
+        return state, chosen
+    return replace(state, differing=differing), None
+
+
+def _most_probable(state: Diagnosis) -> OwnSizes | None:
     if not all(each.effect.recurs for each in state.model.placed):  # columns of one run are no other's
         return None
     seen = list(seen_by_record(state.runs, state.model).values())
     if state.heldout is not None:
         seen.extend(seen_by_record(state.heldout, fitted_initial_rates(state.heldout, state.model)).values())
-    found = [(_log_odds(state, step.placed, seen), step.placed) for step in state.steps]
-    most, placed = max(found, key=lambda each: each[0], default=(odds, None))
-    return placed if most > odds else None
+    found = [OwnSizes(placed=step.placed, odds=_log_odds(state, step.placed, seen)) for step in state.steps]
+    return max(found, key=lambda each: each.odds)
 
 
 def _log_odds(state: Diagnosis, placed: Hypothesis, seen: Sequence[Seen]) -> float:

@@ -27,6 +27,7 @@ from testbed.diagnosis.screening import (
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.diagnosis.testable import without
+from testbed.diagnosis.touches import without_common_touch
 from testbed.errors import InputError
 
 
@@ -120,7 +121,8 @@ class Search:
 
     def screened(self, state: Diagnosis) -> Screening:
         """Compare all hypotheses with the present model; what is probable is tested in the noise that it leaves."""
-        return self._tested_in_own_noise(state, self.compared(state))
+        screening = self._tested_in_own_noise(state, self.compared(state))
+        return without_common_touch(state.runs, state.model, screening)
 
     def compared(self, state: Diagnosis) -> Screening:
         """Compare all hypotheses with the present model, in its noise."""

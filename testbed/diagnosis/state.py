@@ -75,6 +75,19 @@ class Step(AtComponent):
         return tuple(other.placed for other in self.screening.close if other.placed.key != self.placed.key)
 
 
+@dataclass(frozen=True, kw_only=True)
+class OwnSizes:
+    """That an effect in the model has another size in each run.
+
+    Attributes:
+        placed: the effect.
+        odds: twice the logarithm of the posterior odds of own sizes against one of all runs.
+    """
+
+    placed: Hypothesis
+    odds: float
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Diagnosis:
     """What is known so far.
@@ -98,8 +111,7 @@ class Diagnosis:
         shapes: of unmodelled torques, against the final model, the one with the most evidence first.
         unmodelled: evidence of any such torque against the baseline.
         explained: odds of all effects together against the baseline; 0 without any.
-        differing: effect in the model whose sizes of every run's own explain more than a further effect would; no such
-            one is added then. None where there is none.
+        differing: what is more probable than any further effect, so that none is added; None where nothing is.
         rivals: formulas that explain as much as effects of the library that leave nothing, the best one first.
         goodness: p-value of the χ² of the final model's gyro residual in all runs.
         untestable: effects for which a channel is missing.
@@ -127,7 +139,7 @@ class Diagnosis:
     shapes: tuple[TorqueShape, ...] = ()
     unmodelled: float = -inf
     explained: float = 0.0
-    differing: Hypothesis | None = None
+    differing: OwnSizes | None = None
     rivals: tuple[str, ...] = ()
     goodness: float = 1.0
     untestable: tuple[Untestable, ...] = ()

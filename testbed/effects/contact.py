@@ -32,11 +32,13 @@ _STARTS = 8
 """Instants that are searched from, over all runs: as many as hypotheses are refitted; each costs a linearisation."""
 
 
-def _of_jumps(grid: Grid) -> list[float]:
+def _of_jumps(grid: Grid, run: int | None = None) -> list[float]:
+    """Return the instants of the likeliest jumps in all runs laid end to end, or in one of them."""
     found = [
         (score, instant + begin)
-        for run, begin in zip(grid.runs, begin_of_runs(grid), strict=True)
-        for score, instant in likeliest_jumps(run, _STARTS)
+        for number, (own, begin) in enumerate(zip(grid.runs, begin_of_runs(grid), strict=True))
+        if run in (None, number)
+        for score, instant in likeliest_jumps(own, _STARTS)
     ]
     return [instant for _, instant in sorted(found, reverse=True)[:_STARTS]]
 
@@ -73,6 +75,11 @@ class Contact(Effect):
     def __init__(self, instants: Sequence[float] = ()) -> None:
         """Take the instants to search from, s, in the runs laid end to end; where none, those of jumps in them."""
         self._instants = tuple(instants)
+
+    @classmethod
+    def within(cls, grid: Grid, run: int) -> Contact:
+        """Return a touch in one run."""
+        return cls(_of_jumps(grid, run))
 
     @override
     def hooks(self, component: str) -> Hooks:

@@ -272,6 +272,12 @@ def begin_of_runs(grid: Grid) -> Series:
     return np.asarray(grid.earlier + PAUSE * grid.number - grid.time[:, 0])
 
 
+def run_at(grid: Grid, instant: float) -> int:
+    """Return the run in which an instant lies, s, counted in the runs laid end to end."""
+    late = instant - begin_of_runs(grid)
+    return int(np.flatnonzero(late >= grid.time[:, 0] - 0.5 * PAUSE)[-1])
+
+
 def at_nodes(values: Array, run: int) -> Array:
     """Return what stands along the grid at the nodes of one run, shape (P, N, M) of N nodes and M units."""
     return values[run if len(values) > 1 else 0, :, ::2]

@@ -86,10 +86,9 @@ def _of_effects(diagnosis: Diagnosis) -> Notice:
 def _unexplained_words(diagnosis: Diagnosis) -> str:
     """Say that nothing explains the residual, or an effect that is one too many, or that its size differs does."""
     if diagnosis.differing is not None:
-        name = effect_name(diagnosis.differing.effect, diagnosis.differing.component)
-        return (
-            f"The size of {name} differs from run to run, which explains more of the residual than any further effect"
-        )
+        placed = diagnosis.differing.placed
+        name = effect_name(placed.effect, placed.component)
+        return f"That {name} differs from run to run, or has another form, explains more than any further effect"
     if not diagnosis.unnamed or len(diagnosis.steps) < SETTINGS.most_effects:
         return "No effect of the library explains the residual"
     further = listed(effect_name(each.placed.effect, each.placed.component) for each in diagnosis.unnamed)
