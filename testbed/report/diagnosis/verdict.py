@@ -79,7 +79,7 @@ def _of_effects(diagnosis: Diagnosis) -> Notice:
     noise = "the noise as the samples show it" if diagnosis.scatter else "noise alone"
     misfit, gap = misfit_words(diagnosis.gap), gap_words(diagnosis.gap)
     left = f"{_unexplained_words(diagnosis)}: a misfit of {misfit}, a gap of {gap}; {noise} is 1."
-    further = f"{_slow_words(diagnosis)}{_missed_words(diagnosis)}{shape_words(diagnosis)}"
+    further = f"{_slow_words(diagnosis)}{_missed_words(diagnosis)}{shape_words(diagnosis)}{_chance_words(diagnosis)}"
     return Notice(tone="bad", text=f"{found}{left}{further}")
 
 
@@ -189,6 +189,13 @@ def _missed_words(diagnosis: Diagnosis) -> str:
     if missed <= SETTINGS.channel_missed:
         return ""
     return f" The actuators do not do what they were asked for: the model misses it by {missed:.1f} times its noise."
+
+
+def _chance_words(diagnosis: Diagnosis) -> str:
+    """Say that noise alone may have failed the test, where it is one of three and by little."""
+    if not diagnosis.hardly_left_over:
+        return ""
+    return " That is little evidence: noise alone fails one of the three tests of the residual in 3 % of data sets."
 
 
 def _so_far(names: list[str]) -> str:
