@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from testbed.arrays import Array, Matrix3, Theta
+from testbed.arrays import Array, Matrices3, Matrix3, Series, Theta, Vectors3
 from testbed.diagnosis.settings import SETTINGS
 from testbed.estimation.momentum_equation import momentum_equation
+from testbed.estimation.regression import rows_of
 from testbed.estimation.telemetry import Telemetry
 from testbed.signals import AXES
 
@@ -40,6 +41,18 @@ class _Arrangement(NamedTuple):
     read: Callable[[Telemetry], Telemetry]
 
 
+class _Mounting(NamedTuple):
+    """Another mounting of the gyro.
+
+    Attributes:
+        said: what would have to be so.
+        matrix: takes the measured body rate to what it would be then.
+    """
+
+    said: str
+    matrix: Matrix3
+
+
 def mistaken_arrangement(runs: Sequence[Telemetry], theta: Theta) -> str | None:
     """Return what arrangement balances the momentum far better than the one given, the best first, in words.
 
@@ -51,14 +64,13 @@ def mistaken_arrangement(runs: Sequence[Telemetry], theta: Theta) -> str | None:
         None where the channels are where they should be, or no other arrangement would make them so.
     """
     looked_at = sorted(runs, key=lambda run: -len(run.gyro_time))[:_MOST_RUNS]
-    powers = np.array([_powers(run, theta) for run in looked_at])
-    given = _share(powers)
+    powers = np.array([_powers(run, theta, run.body_rate) for run in looked_at])
+    given = float(_share(powers))
     if given < SETTINGS.unbalanced_share:
         return None
     most = int(np.argmax(powers[:, 1]))  # the run that moves the most weighs the most
-    first, there = looked_at[most : most + 1], _share(powers[most : most + 1])
-    worth_trying = [other for other in _others(first[0]) if _far_better(_missed(first, other, theta), there)]
-    tried = sorted((_missed(looked_at, other, theta), other.said) for other in worth_trying)
+    first, there = looked_at[most : most + 1], float(_share(powers[most : most + 1]))
+    tried = sorted([*_mounted(looked_at, first, theta, there), *_arranged(looked_at, first, theta, there)])
     if not tried or not _far_better(best := tried[0][0], given):
         return None
     instead = ", or ".join(
@@ -71,41 +83,90 @@ def _far_better(share: float, given: float) -> bool:
     return share <= min(given / SETTINGS.better_balanced, SETTINGS.unit_rate_share)
 
 
+def _arranged(
+    runs: Sequence[Telemetry], first: Sequence[Telemetry], theta: Theta, given: float
+) -> Iterator[tuple[float, str]]:
+    """Yield what actuators in other places miss in all runs, and their words, where the first run is far better so."""
+    for other in _others(first[0]):
+        if _far_better(_missed(first, other, theta), given):
+            yield _missed(runs, other, theta), other.said
+
+
 def _missed(runs: Sequence[Telemetry], other: _Arrangement, theta: Theta) -> float:
-    return _share(np.array([_powers(other.read(run), theta) for run in runs]))
+    read = map(other.read, runs)
+    return float(_share(np.array([_powers(run, theta, run.body_rate) for run in read])))
 
 
-def _share(powers: Array) -> float:
-    """Return the share of the power of J ω, of all runs, that the balance of momentum misses.
+def _mounted(
+    runs: Sequence[Telemetry], first: Sequence[Telemetry], theta: Theta, given: float
+) -> Iterator[tuple[float, str]]:
+    """Yield the same of other mountings of the gyro."""
+    every = list(_gyro_mountings(first[0]))
+    shares = _missed_by_mounting(first, every, theta)
+    better = [each for each, share in zip(every, shares, strict=True) if _far_better(float(share), given)]
+    yield from zip(_missed_by_mounting(runs, better, theta).tolist(), (each.said for each in better), strict=True)
+
+
+def _missed_by_mounting(runs: Sequence[Telemetry], mountings: Sequence[_Mounting], theta: Theta) -> Series:
+    """Return the share that each mounting misses, shape (M,); all of them side by side."""
+    if not mountings:
+        return np.zeros(0)
+    matrices = np.stack([each.matrix for each in mountings])
+    return _share(np.array([_mounted_powers(run, matrices, theta) for run in runs]))
+
+
+def _mounted_powers(run: Telemetry, matrices: Matrices3, theta: Theta) -> Array:
+    rates = run.body_rate @ np.swapaxes(matrices, -1, -2)
+    if run.surroundings is None:
+        return _powers(run, theta, rates)
+    # The torque from outside is that of the attitude which the gyro has.
+    return np.array([_powers(replace(run, body_rate=rate), theta, rate) for rate in rates])
+
+
+def _share(powers: Array) -> Array:
+    """Return the share of the power of J ω, of all runs, that the balance of momentum misses, shape (...).
 
     Args:
-        powers: of each run, as `_powers` returns them, shape (R, 2).
+        powers: of each run, as `_powers` returns them, shape (R, ..., 2).
     """
-    missed, whole = powers.sum(axis=0)
-    return float(missed / whole) if whole > 0.0 else 0.0
+    missed, whole = np.moveaxis(powers.sum(axis=0), -1, 0)
+    return np.asarray(np.where(whole > 0.0, missed / np.where(whole > 0.0, whole, 1.0), 0.0))
 
 
-def _powers(run: Telemetry, theta: Theta) -> tuple[float, float]:
-    """Return the sums of squares of the balance's residual and of J ω, (N·m·s)², less what the unknowns explain."""
+_UNDETERMINED = 1e-10
+"""Share of the largest eigenvalue below which an unknown does not show: squares of rounding, 1e-5 of any that does."""
+
+
+def _powers(run: Telemetry, theta: Theta, body_rate: Vectors3) -> Array:
+    """Return the sums of squares of the balance's residual and of J ω, (N·m·s)², less what the unknowns explain.
+
+    Args:
+        run: what the actuators do.
+        theta: of the nominal inertia, kg·m².
+        body_rate: shape (..., N, 3), rad/s.
+
+    Returns:
+        Shape (..., 2).
+    """
     if run.applied_torque is not None:
         run = replace(run, constant_torque="body")  # thrust has a trim
-    equation = momentum_equation(run, run.body_rate)
+    equation = momentum_equation(run, body_rate)
     live = np.array(run.live)
-    unknowns = equation.regressor[..., live, 6:]
-    unknowns = unknowns.reshape(-1, unknowns.shape[-1])
+    unknowns = rows_of(equation.regressor[..., live, 6:])
     own = np.matvec(equation.regressor[..., live, :6], theta)
-    both = np.stack([(equation.response[..., live] - own).ravel(), own.ravel()], axis=1)
-    left = both - unknowns @ np.linalg.lstsq(unknowns, both, rcond=None)[0]
-    missed, whole = np.square(left).sum(axis=0)
-    return float(missed), float(whole)
+    both = np.stack([equation.response[..., live] - own, own], axis=-1)
+    both = both.reshape(*both.shape[:-3], -1, 2)
+    across = np.swapaxes(unknowns, -1, -2)
+    slope = across @ both
+    solved = np.linalg.pinv(across @ unknowns, rcond=_UNDETERMINED, hermitian=True) @ slope
+    return np.asarray(np.square(both - unknowns @ solved).sum(axis=-2))
 
 
 def _others(run: Telemetry) -> Iterator[_Arrangement]:
-    """Yield all arrangements with one mistake.
+    """Yield all arrangements of the actuators with one mistake.
 
-    The gyro's mounting, the unit of all of a kind of actuators, the sign of one of them, two that changed places.
+    The unit of all of a kind, the sign of one of them, two that changed places.
     """
-    yield from _gyro_mountings(run)
     if run.wheels is not None:
         wheels = run.wheels.momentum.shape[1]
         yield from _in_another_unit(
@@ -118,7 +179,7 @@ def _others(run: Telemetry) -> Iterator[_Arrangement]:
         yield from _misplaced("gimbal", gimbals, _with_gimbals)
 
 
-def _gyro_mountings(run: Telemetry) -> Iterator[_Arrangement]:
+def _gyro_mountings(run: Telemetry) -> Iterator[_Mounting]:
     """Yield the gyro's axes in any other order and signs, left-handed ones too; axes that are not live stay.
 
     Not all three turned: that is a sign of the whole channel, which the gate asks for run by run.
@@ -131,7 +192,7 @@ def _gyro_mountings(run: Telemetry) -> Iterator[_Arrangement]:
                 f"{'-' if sign < 0.0 else ''}{AXES[axis]}" for axis, sign in zip(order, signs, strict=True)
             )
             said = f"the body's x, y, z were the gyro's {named} (reorder its columns or turn their signs)"
-            yield _Arrangement(said, partial(_with_gyro, matrix=matrix))
+            yield _Mounting(said, matrix)
 
 
 def _keeps_still_axes(matrix: Matrix3, run: Telemetry) -> bool:
@@ -160,10 +221,6 @@ def _misplaced(unit: str, count: int, changed: Callable[..., Telemetry]) -> Iter
         order[[one, other]] = other, one
         said = f"{unit}s {one + 1} and {other + 1} changed places (exchange their columns)"
         yield _Arrangement(said, partial(changed, order=order, factors=np.ones(count)))
-
-
-def _with_gyro(run: Telemetry, matrix: Matrix3) -> Telemetry:
-    return replace(run, body_rate=run.body_rate @ matrix.T)
 
 
 def _with_wheels(run: Telemetry, order: Array, factors: Array) -> Telemetry:
