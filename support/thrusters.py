@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from support.vectors import cross
 from testbed.arrays import Matrix3, Series, Vector3, Vectors3
 from testbed.files import TextFile
 from testbed.scenario.body import BodyScenario
@@ -30,7 +31,7 @@ def turned(time: Series, rate: Vector3, inertia: Matrix3, torque_B: Callable[[fl
     """
     inverse = np.linalg.inv(inertia)
     solution = solve_ivp(
-        lambda at, body_rate: inverse @ (torque_B(at) - np.cross(body_rate, inertia @ body_rate)),
+        lambda at, body_rate: inverse @ (torque_B(at) - cross(body_rate, inertia @ body_rate)),
         time[[0, -1]],
         rate,
         t_eval=time,

@@ -32,7 +32,15 @@ from testbed.library.plans import plan_in, require_plan, wanted_of
 from testbed.library.records import read_records
 from testbed.outputs.folder import reserved_folder
 from testbed.outputs.plan_folder import PLAN, PlanFolder
-from testbed.report.plan import factor_words, next_words, plan_verdict, std_words, verdict_words, wish_words
+from testbed.report.plan import (
+    factor_words,
+    leading_words,
+    next_words,
+    plan_verdict,
+    std_words,
+    verdict_words,
+    wish_words,
+)
 
 _MANEUVERS: dict[str, Maneuvers] = {"chosen": "chosen", "own": "own"}
 
@@ -130,7 +138,7 @@ class _Flights:
 
 def _said(state: PlanResult, index: int) -> str:
     flight = state.flights[index]
-    leading = f"e-value {factor_words(flight.log_e_value)}, leading {flight.leading}"
+    leading = f"e-value {factor_words(flight.log_e_value)}, leading {leading_words(flight)}"
     if state.wanted.effect is None:
         return f"worst standard deviation {std_words(flight, state)} times the wanted one; {leading}"
     return leading if flight.verdict is None else f"{leading}; diagnosis {verdict_words(flight)}"
@@ -172,7 +180,7 @@ def _table(state: PlanResult) -> Table:
             str(flight.number),
             flight.record,
             factor_words(flight.log_e_value),
-            flight.leading,
+            leading_words(flight),
             factor_words(flight.leading_log_e_value),
             last,
         )

@@ -26,7 +26,13 @@ from testbed.cli.console import (
     show,
     warn,
 )
-from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
+from testbed.cli.diagnose_tables import (
+    candidates_table,
+    detectable_table,
+    inertia_table,
+    places_table,
+    sizes_table,
+)
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.options import changed_scenario, print_folder, require_folder
 from testbed.diagnosis.detectable import confounded, first_screening
@@ -291,6 +297,8 @@ def _print_end(result: DiagnosisResult) -> None:
     say()
     for each in agreed:
         entry("Run by run", f"{effect_name(each.placed.effect, each.placed.component)}: {agreement_words(each)}")
+        if each.disagrees:
+            show(sizes_table(each))
     if agreed:
         say()
     _print_together(diagnosis)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import isfinite
 from types import MappingProxyType
 
 import numpy as np
@@ -14,13 +15,15 @@ from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.findings import changed_inertia, inertia_change, stds_of
 from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.noise import NoiseHypothesis
+from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.dynamics.inertia_unit import inertia_unit
+from testbed.effects.contract import Quantity
 from testbed.report.diagnosis.inertia import estimate_words, inertia_estimates
 from testbed.report.diagnosis.ranking import RANKING, ranking_rows
 from testbed.report.diagnosis.sizes import size_lines
-from testbed.report.wording import chance_words, decimals_for
+from testbed.report.wording import chance_words, decimals_for, figures_to
 
 
 def places_table(places: Sequence[ResidualSegment]) -> Table:
@@ -58,6 +61,22 @@ def candidates_table(
     for row in ranking_rows(screening, noise, untested):
         table.add_row(*row)
     return table
+
+
+def sizes_table(agreement: Agreement) -> Table:
+    """Return the size of an effect in every run by itself."""
+    sizes = [agreement.quantities(run) for run in range(len(agreement.runs))]
+    units = [f"{each.name}, {each.unit}".removesuffix(", 1") for each in sizes[0]]
+    table = _table("Its size in every run by itself, ± one standard deviation", ("run", *units))
+    for name, held_out, own in zip(agreement.runs, agreement.heldout, sizes, strict=True):
+        table.add_row(Text(f"{name}, held out" if held_out else name), *map(_with_std, own))
+    return table
+
+
+def _with_std(quantity: Quantity) -> str:
+    if not isfinite(quantity.std):
+        return "not shown"
+    return f"{figures_to(quantity.value, quantity.std)} ± {figures_to(quantity.std, quantity.std)}"
 
 
 def inertia_table(diagnosis: Diagnosis) -> Table:

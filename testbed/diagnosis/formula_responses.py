@@ -43,6 +43,10 @@ Source: formula: between two knots one of half their distance is 0.6 of its heig
 show all widths of `SCANNED`."""
 
 
+_REMEMBERED = 10_000_000
+"""Numbers, 80 MB, of what memories make of products with all constants that are integrated side by side."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class FormulaEvidence:
     """A formula at its best start.
@@ -183,12 +187,14 @@ def _valued(along: Along, every: Sequence[tuple[Law, ...]], scanned: _Constants)
     for memory, name in MEMORIES.items():
         own = [laws for laws in every if laws[0].memory == memory]
         products = along.products([laws[0] for laws in own], {})
-        for constant in SCANNED[name]:
-            kept = _remembered(memory, products, along.time, np.asarray(constant))
-            yield from (
-                _Valued(laws=laws, start=np.array([constant]), values=values[None])
-                for laws, values in zip(own, kept, strict=True)
-            )
+        together = max(_REMEMBERED // max(products.size, 1), 1)
+        for first in range(0, len(SCANNED[name]), together):
+            constants = np.array(SCANNED[name][first : first + together])
+            for constant, kept in zip(constants, _remembered(memory, products, along.time, constants), strict=True):
+                yield from (
+                    _Valued(laws=laws, start=constant[None], values=values[None])
+                    for laws, values in zip(own, kept, strict=True)
+                )
 
 
 def _columns(
@@ -252,13 +258,25 @@ class Along:
         return np.moveaxis(at_knots, (0, 3), (3, 4)).reshape(len(self.time), knots, 3, len(values) * 3)
 
 
-def _remembered(memory: Memory, product: Array, time: Array, constant: Array) -> Array:
-    """Return what a memory makes of products that are known at nodes, both of shape (laws, R, N)."""
+def _remembered(memory: Memory, product: Array, time: Array, constants: Array) -> Array:
+    """Return what a memory makes of products that are known at nodes, for each of its constants.
+
+    Args:
+        memory: of what it makes.
+        product: shape (laws, R, N).
+        time: of the nodes, shape (R, N), s.
+        constants: shape (C,).
+
+    Returns:
+        Shape (C, laws, R, N).
+    """
+    constant = constants[:, None, None]
     count = product.shape[-1]
     half = make_interp_spline(np.arange(count), product, k=3, axis=-1)(np.arange(count - 1) + 0.5)
     step = (time[:, 1] - time[:, 0])[None, :, None]
-    state = first_state_of(memory, product[..., 0])
-    values = [value_of(memory, product[..., 0], state)]
+    first = first_state_of(memory, product[..., 0])
+    state = np.broadcast_to(first, (len(constants), *first.shape))
+    values = [np.broadcast_to(value_of(memory, product[..., 0], first), state.shape[:-1])]
     for node in range(count - 1):
         first = rate_of(memory, product[..., node], state, constant)
         second = rate_of(memory, half[..., node], state + 0.5 * step * first, constant)

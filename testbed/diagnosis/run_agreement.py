@@ -107,8 +107,10 @@ def _agreement(
 ) -> Agreement:
     model = diagnosis.model
     own = np.arange(6 + len(model.effect_values))[6:][model.own(placed)]
+    values = model.effect_values[model.own(placed)]
     typical = np.abs([parameter.typical for parameter in placed.effect.parameters])
-    loose = SETTINGS.run_by_run_looseness * typical
+    size = np.abs(values - [parameter.absent for parameter in placed.effect.parameters])
+    loose = SETTINGS.run_by_run_looseness * np.maximum(typical, size)
     change, std, apart = _freed(seen, own, loose)
     _, _, together = _freed(seen, own[:0], typical[:0])
     freed = int(model.shown[own].sum()) or placed.size
@@ -117,8 +119,8 @@ def _agreement(
         placed=placed,
         runs=tuple(names),
         heldout=heldout,
-        values=model.effect_values[model.own(placed)] + change,
-        std=np.where(std > SETTINGS.run_by_run_uninformed * SETTINGS.run_by_run_looseness * typical, np.inf, std),
+        values=values + change,
+        std=np.where(std > SETTINGS.run_by_run_uninformed * loose, np.inf, std),
         p_value=p_value(max(apart - together, 0.0) / spread, freedom, diagnosis.runs.noise_freedom),
         hidden=hidden_parameters(model, placed),
     )

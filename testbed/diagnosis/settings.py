@@ -306,7 +306,8 @@ class DiagnosisSettings:
     said to disagree by chance.
     """
     run_by_run_looseness: float = 10.0
-    """Times its typical size to which a parameter is held in every run by itself, as a standard deviation.
+    """Times its typical size, or the one that all runs together show if that is larger, to which a parameter is held in
+    every run by itself, as a standard deviation.
 
     Source: chosen: ten times what hardware of this class shows does not pull an estimate, and keeps runs that say
     nothing of a parameter from making the normal matrix singular.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 
@@ -164,10 +165,17 @@ def channels_of(runs: Runs) -> set[Channel]:
 
 
 def without(candidates: Iterable[Hypothesis], chosen: Iterable[Hypothesis]) -> list[Hypothesis]:
-    """Return the hypotheses that are not in the model yet, nor confounded by what is."""
-    present = tuple(chosen)
+    """Return the hypotheses that are not in the model yet, nor confounded by what is; of events one more of each."""
+    present, every = tuple(chosen), tuple(candidates)
     taken = {each.key for each in present}
-    return [each for each in candidates if each.key not in taken and confounding(each, present) is None]
+    others = [each for each in every if each.key not in taken and confounding(each, present) is None]
+    return [*others, *(_once_more(each, taken) for each in every if each.effect.instant and each.key in taken)]
+
+
+def _once_more(event: Hypothesis, taken: Collection[str]) -> Hypothesis:
+    """Return an event that happens another time, at the same component: the first that is not in the model."""
+    again = (replace(event, component=f"{event.component}, {number}") for number in count(2))
+    return next(each for each in again if each.key not in taken)
 
 
 def confounding(candidate: Hypothesis, present: Iterable[Hypothesis]) -> Hypothesis | None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-import numpy as np
 import scipy
 
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
@@ -42,12 +41,13 @@ def without_common_touch(runs: Runs, fit: Fit, screening: Screening) -> Screenin
 
 
 def _is_common(runs: Runs, fit: Fit, chosen: Candidate) -> bool:
-    others = list(_explained_elsewhere(runs, fit, chosen))
+    others = sorted(_explained_elsewhere(runs, fit, chosen))
     if not others:
         return False
+    in_most = others[(len(others) - 1) // 2]  # of two both, as one may have a touch of its own
     samples = sum(len(run.gyro_time) for run in runs.grid.runs) / len(runs.grid.runs)
     by_chance = float(scipy.stats.chi2.isf(JUMP_CHANCE / samples, 3))
-    return float(np.median(others)) > max(by_chance, _AS_MUCH * chosen.chi_square_reduction)
+    return in_most > max(by_chance, _AS_MUCH * chosen.chi_square_reduction)
 
 
 def _explained_elsewhere(runs: Runs, fit: Fit, chosen: Candidate) -> Iterator[float]:

@@ -415,6 +415,11 @@ def _notices(setup: PlanSetup, flights: Sequence[PlanFlight]) -> Iterator[str]:
             f"from flight {missing[0].number} on the model lacks an effect, most probably {flights[-1].leading}: the "
             f"inertia is off by more than its standard deviations say; ask for the name first (effect {ANY!r})"
         )
+    if isinstance(setup.wanted, EffectWanted) and not missing and len(flights) >= setup.most_flights:
+        yield (
+            "e-values are of effects on the motion that the gyro shows; `testbed diagnose` with these records tests as "
+            "well for what the actuators' own channels show, for events and for the noise"
+        )
     if isinstance(setup.wanted, InertiaWanted) and len(setup.wanted.std) < len(PARAMETER_NAMES):
         others = [name for name in PARAMETER_NAMES if name not in setup.wanted.std]
         yield f"of {', '.join(others)} nothing was wanted"

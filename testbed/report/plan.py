@@ -62,6 +62,11 @@ def factor_words(log_value: float) -> str:
     return figures(exp(log_value)) if log_value < log(_LARGEST_WRITTEN) else f"1e{log_value / log(10.0):.0f}"
 
 
+def leading_words(flight: PlanFlight) -> str:
+    """Return the effect that explains the most; none does where even that one is no likelier than no effect."""
+    return flight.leading if flight.leading_log_e_value > 0.0 else "none"
+
+
 def verdict_words(flight: PlanFlight) -> str:
     """Return what the diagnosis after a flight says; a dash where there was none."""
     if flight.verdict is None:
@@ -133,7 +138,7 @@ def flights_table(state: PlanResult) -> Table:
                 Cell(text=str(flight.number)),
                 Cell(text=flight.record),
                 Cell(text=factor_words(flight.log_e_value), tone=passed),
-                Cell(text=flight.leading),
+                Cell(text=leading_words(flight)),
                 Cell(text=factor_words(flight.leading_log_e_value)),
                 Cell(text=verdict_words(flight)),
                 Cell(text=std_words(flight, state)),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import testbed as tb
+from support.vectors import cross
 from testbed.arrays import Array
 from testbed.assembly.platform import nominal_body
 from testbed.assembly.telemetry import telemetry_of
@@ -32,6 +33,7 @@ SCENARIO = read_body_scenario(shipped_scenario("crazypad"))
 WHOLE = SCENARIO.model_copy(update={"diagnosis": type(SCENARIO.diagnosis)()})
 """Without windows: the torque of these records is exact."""
 NOMINAL = nominal_body(SCENARIO)
+INVERSE = np.linalg.inv(NOMINAL.inertia)
 THETA = theta_of(NOMINAL.inertia)
 ARM, DRAG = 0.0325, 0.005964552
 MIXING = np.array(
@@ -75,7 +77,7 @@ def flown(
     rate, rates = np.zeros(3), np.empty((len(time), 3))
     for index in range(len(time)):
         rates[index] = rate
-        moment = torque[:, index] - np.cross(rate, inertia @ rate)
+        moment = torque[:, index] - cross(rate, inertia @ rate)
         rate = rate + step * np.linalg.solve(inertia, moment)
     rows = slice(0, None, 10)
     return Record(
@@ -206,7 +208,7 @@ class TestHeldTorque:
         acting = np.repeat(given, self.EVERY, axis=0)
         for index, each in enumerate(acting[np.clip(np.arange(len(acting)) - late, 0, len(acting) - 1)]):
             rates[index] = rate
-            rate = rate + step * np.linalg.solve(NOMINAL.inertia, each - np.cross(rate, NOMINAL.inertia @ rate))
+            rate = rate + step * INVERSE @ (each - cross(rate, NOMINAL.inertia @ rate))
         rows = slice(0, None, read)
         sent = np.where((np.arange(len(torque)) % self.EVERY == 0)[:, None], torque, np.nan)
         return Record(

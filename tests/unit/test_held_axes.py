@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from support.thrusters import body_scenario
+from support.vectors import cross
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.findings import additions
 from testbed.diagnosis.fitting import fitted
@@ -49,7 +50,7 @@ def table_run(seed: int, drag: float) -> Record:
     time, torques, rates = 0.05 * np.arange(300), np.full((300, 3), np.nan), np.empty((300, 3))
 
     def slope(rate, torque):
-        acting = torque - np.cross(rate, INERTIA @ rate) - drag * rate
+        acting = torque - cross(rate, INERTIA @ rate) - drag * rate
         return np.insert(inverse @ acting[LIVE], 1, 0.0)
 
     for index in range(300):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from support.vectors import cross
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.findings import additions
 from testbed.diagnosis.method import diagnosed
@@ -18,6 +19,7 @@ from testbed.scenario.shipped import shipped_scenario
 SHIPPED = read_body_scenario(shipped_scenario("crazypad"))
 SCENARIO = SHIPPED.model_copy(update={"diagnosis": type(SHIPPED.diagnosis)(applied_torque="held")})
 NOMINAL = nominal_body(SCENARIO)
+INVERSE = np.linalg.inv(NOMINAL.inertia)
 STEP, READ, EVERY = 1e-3, 10, 200
 """s of the integration, and of such steps from one gyro sample, and from one torque, to the next."""
 SIGMA = 0.005
@@ -37,7 +39,7 @@ def flight(seed: int, *, slow: str, begin: float, length: float = 8.0) -> Record
     for index in range(count):
         rates[index] = shown if slow == "gyro" else rate
         torque = kept * torque + (1.0 - kept) * asked[index] if slow == "actuators" else asked[index]
-        rate = rate + STEP * np.linalg.solve(NOMINAL.inertia, torque - np.cross(rate, NOMINAL.inertia @ rate))
+        rate = rate + STEP * INVERSE @ (torque - cross(rate, NOMINAL.inertia @ rate))
         shown = kept * shown + (1.0 - kept) * rate
     rows = np.arange(int(begin / STEP), count, READ)
     sent = np.where((rows % EVERY == 0)[:, None], asked[rows], np.nan)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from support.vectors import cross
 from testbed.diagnosis.data import runs_of
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.model import Hypothesis
@@ -36,7 +37,7 @@ def flight(seed, duration=20.0):
         return 0.004 * (frequency * np.cos(frequency * at + shift)).sum(axis=-1)
 
     def slope(at, rate):
-        torque = -driven(at) - np.cross(rate, INERTIA @ rate + held(at)) - DRAG * rate
+        torque = -driven(at) - cross(rate, INERTIA @ rate + held(at)) - DRAG * rate
         return np.linalg.solve(INERTIA, torque)
 
     rate = solve_ivp(slope, time[[0, -1]], np.zeros(3), t_eval=time, rtol=1e-9, atol=1e-12).y.T

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 import testbed as tb
+from support.vectors import cross
 from testbed.dynamics.inertia import theta_of
 
 KEYS = {
@@ -39,7 +40,7 @@ def flown(seed: int) -> pd.DataFrame:
     rate, speed, torque = np.zeros(3), rng.uniform(80.0, 150.0, 3), np.zeros(3)
 
     def slope(rate, speed):
-        turning = np.cross(rate, INERTIA @ rate + WHEEL * speed)
+        turning = cross(rate, INERTIA @ rate + WHEEL * speed)
         return body @ (-torque - turning)
 
     rows = []
@@ -47,7 +48,7 @@ def flown(seed: int) -> pd.DataFrame:
         time = step * STEP
         if step % HELD == 0:
             wanted = 0.03 * np.sin(frequency * time + phase).sum(axis=1)
-            torque = -(INERTIA @ (0.8 * (wanted - rate)) + np.cross(rate, INERTIA @ rate + WHEEL * speed))
+            torque = -(INERTIA @ (0.8 * (wanted - rate)) + cross(rate, INERTIA @ rate + WHEEL * speed))
         if step % 5 == 0:
             gyro = rate if step % 10 == 0 else np.full(3, np.nan)
             wheels = speed if step % HELD == 0 else np.full(3, np.nan)

@@ -125,6 +125,8 @@ def shape_words(diagnosis: Diagnosis) -> str:
     shape, text = diagnosis.shape_left, ""
     if shape is not None:
         text = f" The residual fits a torque that {shape.words} ({chance_words(shape.p_value)})."
+        if shape.kind.startswith("oscillation"):
+            text += " A panel or a liquid that already swings as a run begins leaves one: cut records where it rests."
     kept = {step.key for step in diagnosis.steps}
     gone = [effect_name(each.effect, each.component) for each in diagnosis.retracted if each.key not in kept]
     if gone:
@@ -239,7 +241,10 @@ def disagreement_words(diagnosis: Diagnosis, agreements: Iterable[Agreement]) ->
     for each in agreements:
         if each.disagrees and not diagnosis.left_over:
             name = effect_name(each.placed.effect, each.placed.component)
-            yield f"{name}: {agreement_words(each)}; what is missing may change from run to run, or be something else"
+            yield (
+                f"{name}: {agreement_words(each)}; what is missing may change from run to run, or be something else, "
+                "and the interval of one size for all holds of neither"
+            )
 
 
 def addition_words(addition: Addition) -> Iterator[str]:
