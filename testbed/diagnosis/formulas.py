@@ -145,13 +145,14 @@ def _best_addition(
 ) -> tuple[Diagnosis, Candidate, Screening] | None:
     """Return the formula that explains the most, beside the effects in the model or in the place of the library's."""
     library = state.steps[0].screening if state.steps else state.remaining
-    beside = search.has_room(state) and state.left_over and state.differing is None
-    bases = [(state, state.remaining)] if beside else []
+    beside = search.has_room(state) and state.left_over and (state.differing is None or not state.steps)
+    bases = [(replace(state, differing=None), state.remaining)] if beside else []
     if bare is not None and state.steps:
         bases.append((bare, search.screened(bare)))  # in the noise in which formulas are compared with it
     found = []
     for base, listed in bases:
-        formulas = screened_formulas(base.runs, base.heldout, base.model, len(search.testable), search.progress)
+        least = _with_own_sizes_explained(state) - base.explained - _FAR if state.differing else -np.inf
+        formulas = screened_formulas(base.runs, base.heldout, base.model, len(search.testable), search.progress, least)
         touch = _touch_of_pulse(base, formulas, search)
         screening = _beside_library(formulas, listed, library, touch)
         chosen = accepted(screening)
@@ -205,7 +206,12 @@ def _beside_library(
 
 
 def screened_formulas(
-    runs: Runs, heldout: Runs | None, fit: Fit, library: int, progress: Callable[[str], None] = lambda _: None
+    runs: Runs,
+    heldout: Runs | None,
+    fit: Fit,
+    library: int,
+    progress: Callable[[str], None] = lambda _: None,
+    least: float = -np.inf,
 ) -> Screening:
     """Test every formula of the grammar, and refit those with the most evidence.
 
@@ -215,6 +221,7 @@ def screened_formulas(
         fit: the present model.
         library: number of hypotheses of the library, of which each has the prior of a class of formulas.
         progress: called with what is being refitted.
+        least: evidence below which none is refitted.
 
     Returns:
         A screening like that of effects; evidence has the formula's share of the prior in it, p-values count all
@@ -230,7 +237,7 @@ def screened_formulas(
     effects = [
         Formula(each.pattern, typical_value=each.power, moment=moment, start=each.start, scan_count=each.starts)
         for each in best[: SETTINGS.most_refits]
-        if each.evidence > best[0].evidence - _FAR
+        if each.evidence > max(best[0].evidence - _FAR, least)
     ]
     placed = [Hypothesis(effect=each, component=each.components[0]) for each in effects]
     found = screened(runs, heldout, fit, [each for each in placed if each.key not in taken], progress)

@@ -285,7 +285,9 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     screening = state.steps[0].screening if state.steps else state.remaining
     assert screening is not None
     bare = _residual_tested(with_model(state, state.baseline) if state.steps else state)
-    bare = replace(bare, steps=(), remaining=screening, differing=None, unmodelled=_unmodelled(bare, screening))
+    unmodelled = _unmodelled(bare, screening)
+    differing = bare.differing if not state.steps and _own_odds(bare) > unmodelled else None
+    bare = replace(bare, steps=(), remaining=screening, differing=differing, unmodelled=unmodelled)
     if not state.steps:
         return bare
     tested = _residual_tested(state)
@@ -294,8 +296,7 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     shapes = no_better_than_together(bare.shapes, tested.shapes, by_effects)
     unmodelled = _unmodelled(replace(bare, shapes=shapes), screening)
     tested = replace(tested, unmodelled=unmodelled, explained=explained)
-    differing = 0.0 if state.differing is None else state.differing.odds
-    if tested.unmodelled > log_odds_of_class(tested) + differing + 2.0 * log(SETTINGS.retraction_odds):
+    if tested.unmodelled > log_odds_of_class(tested) + _own_odds(state) + 2.0 * log(SETTINGS.retraction_odds):
         return replace(bare, retracted=tuple(step.placed for step in state.steps))
     return replace(tested, latent_before=bare.latent)
 
@@ -303,13 +304,18 @@ def _retracted(state: Diagnosis) -> Diagnosis:
 def _noise_is_more_probable(noisier: Diagnosis, state: Diagnosis) -> bool:
     """Return whether noise of another level and colour explains a residual's structure better than a torque does.
 
-    By how much more probable it makes the samples, against the posterior odds of a torque of known shape, or against
-    how much more probable one that walks makes them. Noise with a slow part has as much power at some frequencies as a
-    hum, but spread over all near it.
+    By how much more probable it makes the samples, against the posterior odds of a torque of known shape or of sizes of
+    every run's own, or against how much more probable a torque that walks makes them. Noise with a slow part has as
+    much power at some frequencies as a hum, but spread over all near it.
     """
     screening = state.remaining or state.steps[0].screening
     walking = 0.0 if state.latent is None else state.latent.likelihood_ratio
-    return _deviance(state) - _deviance(noisier) > max(_unmodelled(state, screening), walking)
+    otherwise = max(_unmodelled(state, screening), walking, _own_odds(state))
+    return _deviance(state) - _deviance(noisier) > otherwise
+
+
+def _own_odds(state: Diagnosis) -> float:
+    return 0.0 if state.differing is None else state.differing.odds
 
 
 def _deviance(state: Diagnosis) -> float:

@@ -1,12 +1,13 @@
 """Whether what a model lacks is that one of its effects has another size in each run, as friction in cold and warm.
 
 A drag that differs by a fifth from flight to flight leaves a residual that a contact or an inertial torque explains in
-part. So no further effect is named where sizes of every run's own explain more than that effect does.
+part; a run in which something hangs on the platform leaves what a noisier gyro explains. So no effect is named where
+sizes, or an inertia, of every run's own explain more than that effect does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,14 +22,14 @@ from testbed.diagnosis.state import Diagnosis, OwnSizes
 
 
 def with_own_sizes(state: Diagnosis, screening: Screening) -> tuple[Diagnosis, Candidate | None]:
-    """Return the effect to add; none where an effect in the model differs from run to run more probably.
+    """Return the effect to add; none where an effect in the model, or the inertia, differs between runs more probably.
 
     Args:
         state: the model, which then says so.
         screening: of the hypotheses against it.
     """
     chosen = accepted(screening)
-    if chosen is None or not state.steps:
+    if chosen is None:
         return state, chosen
     differing = _most_probable(state)
     if differing is None or differing.odds <= screening.odds(chosen):
@@ -37,33 +38,48 @@ def with_own_sizes(state: Diagnosis, screening: Screening) -> tuple[Diagnosis, C
 
 
 def _most_probable(state: Diagnosis) -> OwnSizes | None:
-    if not all(each.effect.recurs for each in state.model.placed):  # columns of one run are no other's
+    model, runs = state.model, state.runs
+    # Columns of one run are no other's; over windows the inertia is as stated, and each is a part of a record.
+    if runs.known_in_part or not all(each.effect.recurs for each in model.placed):
         return None
-    seen = list(seen_by_record(state.runs, state.model).values())
+    seen = seen_by_record(runs, model)
     if state.heldout is not None:
-        seen.extend(seen_by_record(state.heldout, fitted_initial_rates(state.heldout, state.model)).values())
-    found = [OwnSizes(placed=step.placed, odds=_log_odds(state, step.placed, seen)) for step in state.steps]
+        seen |= seen_by_record(state.heldout, fitted_initial_rates(state.heldout, model))
+    if len(seen) < 2:
+        return None
+    inertia = np.full(6, SETTINGS.inertia_scatter * runs.mean_moment(model.theta))
+    found = [_own_sizes(None, seen, np.arange(6), inertia)]
+    for step in state.steps:
+        own, parameters = model.own(step.placed), step.placed.effect.parameters
+        sized = np.array([not each.scanned for each in parameters])
+        away = model.effect_values[own] - np.array([each.absent for each in parameters])
+        columns = 6 + np.arange(len(model.effect_values))[own][sized]
+        found.append(_own_sizes(step.placed, seen, columns, SETTINGS.size_scatter * np.abs(away[sized])))
     return max(found, key=lambda each: each.odds)
 
 
-def _log_odds(state: Diagnosis, placed: Hypothesis, seen: Sequence[Seen]) -> float:
-    """Return twice the logarithm of the posterior odds of an own size in every run against one of all; even a priori.
+def _own_sizes(placed: Hypothesis | None, seen: Mapping[str, Seen], own: Indices, scatter: Array) -> OwnSizes:
+    """Return the posterior odds of own sizes in every run against one of all, even a priori; and where most is.
 
     Sizes in runs scatter normally about one that is free. Of deviations with the information I and the slope s,
     2 ln B = sᵀ (I + T⁻²)⁻¹ s - ln det(1 + T² I) (Savage-Dickey, as `trims.log_odds_of_own_trims`).
+
+    Args:
+        placed: the effect; None of the inertia.
+        seen: what every record says, by name.
+        own: which of the model's parameters deviate.
+        scatter: their standard deviations T.
     """
-    model, parameters = state.model, placed.effect.parameters
-    sized = np.array([not each.scanned for each in parameters])
-    away = model.effect_values[model.own(placed)] - np.array([each.absent for each in parameters])
-    own = (6 + np.arange(len(model.effect_values)))[model.own(placed)][sized]
-    scatter = SETTINGS.size_scatter * np.abs(away[sized])
     own, scatter = own[scatter > 0.0], scatter[scatter > 0.0]
-    information, slope = _of_deviations(seen, own)
+    information, slope = _of_deviations(list(seen.values()), own)
     loose = np.tile(scatter, len(seen))
     information, slope = independent(loose[:, None] * information * loose, loose * slope)
     inner = np.eye(len(slope)) + information
-    gain = float(slope @ np.linalg.solve(inner, slope))
-    return gain - float(np.linalg.slogdet(inner)[1])
+    away = np.linalg.solve(inner, slope)
+    most = np.square(away).reshape(len(seen), -1).sum(axis=1).argmax()
+    return OwnSizes(
+        placed=placed, odds=float(slope @ away) - float(np.linalg.slogdet(inner)[1]), record=list(seen)[most]
+    )
 
 
 def _of_deviations(seen: Sequence[Seen], own: Indices) -> tuple[Array, Array]:

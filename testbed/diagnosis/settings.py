@@ -49,6 +49,11 @@ class DiagnosisSettings:
     Source: chosen: what friction, drag or a battery's voltage does between a cold and a warm run; sizes that differ by
     more or by a third of it show so by far more than a factor in this number.
     """
+    inertia_scatter: float = 0.05
+    """Standard deviation by which the inertia differs from run to run where it does, as a share of the mean moment.
+
+    Source: chosen, as `least_reference_scatter`: a battery or a payload that is handled between flights.
+    """
     further_name_odds: float = 4.0
     """Posterior odds that the class of a second or third name needs against the model without it, its prior odds
     included.

@@ -83,15 +83,17 @@ class Step(AtComponent):
 
 @dataclass(frozen=True, kw_only=True)
 class OwnSizes:
-    """That an effect in the model has another size in each run.
+    """That an effect in the model, or the inertia, is another in each run.
 
     Attributes:
-        placed: the effect.
+        placed: the effect; None of the inertia.
         odds: twice the logarithm of the posterior odds of own sizes against one of all runs.
+        record: that differs the most from all.
     """
 
-    placed: Hypothesis
+    placed: Hypothesis | None
     odds: float
+    record: str
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

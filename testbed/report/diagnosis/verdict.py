@@ -86,9 +86,11 @@ def _of_effects(diagnosis: Diagnosis) -> Notice:
 def _unexplained_words(diagnosis: Diagnosis) -> str:
     """Say that nothing explains the residual, or an effect that is one too many, or that its size differs does."""
     if diagnosis.differing is not None:
-        placed = diagnosis.differing.placed
+        placed, most = diagnosis.differing.placed, f"differs from run to run, the most in {diagnosis.differing.record}"
+        if placed is None:
+            return f"That the inertia {most}, explains more than any effect of the library"
         name = effect_name(placed.effect, placed.component)
-        return f"That {name} differs from run to run, or has another form, explains more than any further effect"
+        return f"That {name} {most}, or has another form, explains more than any further effect"
     if not diagnosis.unnamed or len(diagnosis.steps) < SETTINGS.most_effects:
         return "No effect of the library explains the residual"
     further = listed(effect_name(each.placed.effect, each.placed.component) for each in diagnosis.unnamed)
@@ -125,7 +127,7 @@ def shape_words(diagnosis: Diagnosis) -> str:
     shape, text = diagnosis.shape_left, ""
     if shape is not None:
         text = f" The residual fits a torque that {shape.words} ({chance_words(shape.p_value)})."
-        if shape.kind.startswith("oscillation"):
+        if shape.words.startswith("oscillates"):
             text += " A panel or a liquid that already swings as a run begins leaves one: cut records where it rests."
     kept = {step.key for step in diagnosis.steps}
     gone = [effect_name(each.effect, each.component) for each in diagnosis.retracted if each.key not in kept]
