@@ -27,7 +27,7 @@ from testbed.diagnosis.screening import (
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.diagnosis.testable import without
-from testbed.diagnosis.touches import without_common_touch
+from testbed.diagnosis.touches import touching_by_residual, without_common_touch
 from testbed.errors import InputError
 
 
@@ -129,7 +129,7 @@ class Search:
         key = tuple(placed.key for placed in state.model.placed)
         runs, screening = self.known.get(key, (None, None))
         if runs is None or screening is None or not _has_equal_noise(runs, state.runs):
-            others = without(self.testable, state.model.placed)
+            others = touching_by_residual(state.runs, state.model, without(self.testable, state.model.placed))
             screening = screened(state.runs, state.heldout, state.model, others, self.progress)
             self.known[key] = (state.runs, screening)
         return screening

@@ -121,6 +121,12 @@ class TorqueSpace:
         runs = zip(self.responses, self.beside, axes_first, strict=True)
         return [Moved(of.by_axis(own).sum(axis=0), (own @ beside).sum(axis=0)) for of, beside, own in runs]
 
+    def at_knots(self) -> list[Moved]:
+        """Return what a torque at each knot by itself does to every run, about each axis: (T, 3, ...)."""
+        every = zip(self.responses, self.beside, strict=True)
+        moved = ((of.by_axis(np.eye(beside.shape[1])[None]), beside) for of, beside in every)
+        return [Moved(*(np.ascontiguousarray(np.swapaxes(each, 0, 1)) for each in own)) for own in moved]
+
     def about_axes(self, functions: Array) -> list[Moved]:
         """Return what torques about each axis do to every run that follow functions, shape (R, T, F): (3, F, ...)."""
         turned = [np.ascontiguousarray(own.T) for own in functions]

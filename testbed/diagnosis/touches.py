@@ -1,28 +1,76 @@
-"""Whether a touch is one: what happens once shows in one run, what a model lacks shows in most.
+"""Touches: when they may have been, and whether one is one, as what happens once shows in one run.
 
-A torque of a law that no formula has leaves a residual in every run, and an impulse explains some of it wherever it is
-put. So a touch gets no name where one explains as much in most other runs.
+Jumps of the momentum along the measured motion say when: of a platform with a large drag it changes without a touch,
+and the residual of a model that has the drag says it better. A torque of a law that no formula has leaves a residual in
+every run, and an impulse explains some of it wherever it is put: no touch has a name where one explains as much in most
+runs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import repeat
 
+import numpy as np
 import scipy
 
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit
+from testbed.diagnosis.model import Fit, Hypothesis, squares_within
 from testbed.diagnosis.signatures import signatures
+from testbed.diagnosis.torque_shapes import shape_knots
+from testbed.diagnosis.torque_space import normal, torque_space
 from testbed.effects.contact import Contact
 from testbed.estimation.contact import JUMP_CHANCE
-from testbed.prediction.grid import run_at
+from testbed.prediction.grid import begin_of_runs, run_at
 
 _AS_MUCH = 1.0 / 3.0
 """Share of what a touch explains from which on another explains as much in its run.
 
 Source: chosen: runs differ by a factor of three in what any effect explains of them."""
+
+
+_MOST_KNOTS = 600
+"""Of all runs together, up to which impulses at each are tried: they take 0.2 s. The jumps say when in longer ones."""
+_STARTS = 8
+"""Instants that are searched from, as `effects.contact` has them."""
+_APART = 0.2
+"""s; nearer instants of a run are one touch, as in `estimation.contact`."""
+
+
+def touching_by_residual(runs: Runs, fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return hypotheses, touches searched from where impulses explain the most of the residual of a model with effects.
+
+    Args:
+        runs: that are fitted.
+        fit: the present model.
+        hypotheses: effects that are not in it.
+    """
+    number = shape_knots(runs) * len(runs.names)
+    touched = any(isinstance(each.effect, Contact) for each in hypotheses)
+    if all(each.given for each in fit.placed) or not touched or number > _MOST_KNOTS:
+        return list(hypotheses)
+    instants = _likeliest_impulses(runs, fit)
+    return [
+        replace(each, effect=Contact(instants)) if isinstance(each.effect, Contact) else each for each in hypotheses
+    ]
+
+
+def _likeliest_impulses(runs: Runs, fit: Fit) -> list[float]:
+    """Return the instants, in the runs laid end to end, at which an impulse explains the most, the best first."""
+    space, knots = torque_space(runs, fit, shape_knots(runs)), shape_knots(runs)
+    found: list[tuple[float, float, int]] = []
+    begins = begin_of_runs(runs.grid).tolist()
+    for number, (run, moved) in enumerate(zip(runs.grid.runs, space.at_knots(), strict=True)):
+        gains, _ = squares_within(*normal([moved]))
+        instants = np.linspace(run.gyro_time[0], run.gyro_time[-1], knots) + begins[number]
+        found += zip(gains.tolist(), instants.tolist(), repeat(number), strict=False)
+    kept: list[tuple[float, int]] = []
+    for _, instant, number in sorted(found, reverse=True):
+        if len(kept) < _STARTS and all(number != run or abs(instant - other) > _APART for other, run in kept):
+            kept.append((instant, number))
+    return [instant for instant, _ in kept]
 
 
 def without_common_touch(runs: Runs, fit: Fit, screening: Screening) -> Screening:
