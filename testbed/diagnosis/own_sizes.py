@@ -15,6 +15,7 @@ import numpy as np
 from testbed.arrays import Array, Indices
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.fitting import fitted_initial_rates
+from testbed.diagnosis.latent import goodness
 from testbed.diagnosis.model import Hypothesis, independent
 from testbed.diagnosis.run_agreement import Seen, determined_inverse, seen_by_record
 from testbed.diagnosis.settings import SETTINGS
@@ -24,13 +25,15 @@ from testbed.diagnosis.state import Diagnosis, OwnSizes
 def with_own_sizes(state: Diagnosis, screening: Screening) -> tuple[Diagnosis, Candidate | None]:
     """Return the effect to add; none where an effect in the model, or the inertia, differs between runs more probably.
 
+    Not where the effect leaves nothing, nor where own sizes leave as much as they explain.
+
     Args:
         state: the model, which then says so.
         screening: of the hypotheses against it.
     """
     chosen = accepted(screening)
-    if chosen is None:
-        return state, chosen
+    if chosen is None or goodness(chosen.fit, state.runs.noise_freedom) > SETTINGS.unexplained_p_value:
+        return state, chosen  # with it nothing is left that could differ
     differing = _most_probable(state)
     if differing is None or differing.odds <= screening.odds(chosen):
         return state, chosen
@@ -42,9 +45,11 @@ def _most_probable(state: Diagnosis) -> OwnSizes | None:
     # Columns of one run are no other's; over windows the inertia is as stated, and each is a part of a record.
     if runs.known_in_part or not all(each.effect.recurs for each in model.placed):
         return None
-    seen = seen_by_record(runs, model)
+    seen, left = seen_by_record(runs, model), model.chi_square - model.freedom
     if state.heldout is not None:
-        seen |= seen_by_record(state.heldout, fitted_initial_rates(state.heldout, model))
+        others = fitted_initial_rates(state.heldout, model)
+        seen |= seen_by_record(state.heldout, others)
+        left += others.chi_square - others.freedom
     if len(seen) < 2:
         return None
     inertia = np.full(6, SETTINGS.inertia_scatter * runs.mean_moment(model.theta))
@@ -55,7 +60,8 @@ def _most_probable(state: Diagnosis) -> OwnSizes | None:
         away = model.effect_values[own] - np.array([each.absent for each in parameters])
         columns = 6 + np.arange(len(model.effect_values))[own][sized]
         found.append(_own_sizes(step.placed, seen, columns, SETTINGS.size_scatter * np.abs(away[sized])))
-    return max(found, key=lambda each: each.odds)
+    most = max(found, key=lambda each: each.odds)
+    return most if most.odds > SETTINGS.explained_by_own_sizes * left else None
 
 
 def _own_sizes(placed: Hypothesis | None, seen: Mapping[str, Seen], own: Indices, scatter: Array) -> OwnSizes:

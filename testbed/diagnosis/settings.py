@@ -49,6 +49,12 @@ class DiagnosisSettings:
     Source: chosen: what friction, drag or a battery's voltage does between a cold and a warm run; sizes that differ by
     more or by a third of it show so by far more than a factor in this number.
     """
+    explained_by_own_sizes: float = 0.5
+    """Share of χ² beyond the noise, linearised, that sizes of each run's own have to explain to stand for the residual.
+
+    Source: chosen, and looked at on outside data: of a drag or an inertia that differs they explain 0.66 to 0.92, of a
+    torque that no effect gives 0.08 to 0.6.
+    """
     inertia_scatter: float = 0.05
     """Standard deviation by which the inertia differs from run to run where it does, as a share of the mean moment.
 

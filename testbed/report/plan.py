@@ -63,7 +63,7 @@ def factor_words(log_value: float) -> str:
 
 
 def leading_words(flight: PlanFlight) -> str:
-    """Return the effect that explains the most; none does where even that one is no likelier than no effect."""
+    """Return the effect that explains the most; none does where even that one is no more probable than no effect."""
     return flight.leading if flight.leading_log_e_value > 0.0 else "none"
 
 
