@@ -193,7 +193,7 @@ class _Stages:
         before, self.last = self.last, diagnosis
         if before is not None and diagnosis.begins_again(before):
             say()
-            warn("note", "trims differ from record to record: what follows is with one of each, and replaces the above")
+            warn("note", f"{_why_again(before, diagnosis)}, and replaces the above")
             before = None
         if before is None:
             self.places = located(diagnosis.runs, diagnosis.baseline)
@@ -211,6 +211,13 @@ class _Stages:
                 _print_step(diagnosis, step)
         if diagnosis.complete:
             _print_rest(diagnosis)
+
+
+def _why_again(before: Diagnosis, now: Diagnosis) -> str:
+    moved = [name for name in now.runs.record_names if name not in before.runs.record_names]
+    if not moved:
+        return "trims differ from record to record: what follows is with one of each"
+    return f"{listed(moved)}, held out so far, shows what the fitted runs do not: what follows is with it among these"
 
 
 def _bars() -> Bars:

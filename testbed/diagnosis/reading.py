@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
@@ -294,13 +294,16 @@ class DataSet:
         return len(self.fit_records) == 1 and not self.heldout_records
 
 
-def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body) -> DataSet:
+def data_set_of(
+    records: Sequence[Record], scenario: BodyScenario, nominal: Body, fitted_records: Collection[str] = ()
+) -> DataSet:
     """Return the runs to fit and those to hold out.
 
     Args:
         records: measured.
         scenario: the gyro's noise where neither a record states it nor its samples tell it.
         nominal: geometry of the units, and the nominal inertia.
+        fitted_records: names of those that are fitted whatever is dealt.
 
     Raises:
         InputError: no record can be used, the runs' channels differ, or they are of another platform or in other units.
@@ -313,7 +316,8 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     level = None
     if not all(_states_noise(record) for record, _ in usable):
         level = pooled_noise(_together(usable, passed.together), theta)
-    fit, heldout = by_role([(record, [part.telemetry for part in parts]) for record, parts in usable])
+    used = [(record, [part.telemetry for part in parts]) for record, parts in usable]
+    fit, heldout = by_role(used, fitted_records)
 
     stated = scenario.diagnosis
     prior_odds = PriorOdds.stated(stated.null_prior_odds, stated.unmodelled_prior_odds)

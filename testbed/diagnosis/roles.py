@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from math import inf, log
 
 import numpy as np
@@ -16,17 +16,21 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.records.record import Record
 
 
-def by_role(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> tuple[list[int], list[int]]:
+def by_role(
+    runs: Sequence[tuple[Record, Sequence[Telemetry]]], fitted: Collection[str] = ()
+) -> tuple[list[int], list[int]]:
     """Return the indices of the runs to fit and of those to hold out.
 
     Args:
         runs: records, and what is used of each.
+        fitted: names of records that are fitted whatever is dealt; roles that are stated stand.
 
     Raises:
         InputError: every run is to be held out.
     """
     roles = [record.details.role for record, _ in runs]
-    heldout = [index for index, role in enumerate(roles) if role == "heldout"] if any(roles) else _dealt(runs)
+    kept = [index for index, (record, _) in enumerate(runs) if record.details.name in fitted]
+    heldout = [index for index, role in enumerate(roles) if role == "heldout"] if any(roles) else _dealt(runs, kept)
     fit = [index for index in range(len(runs)) if index not in heldout]
     if not fit:
         raise InputError('every run has role = "heldout": give at least one run the role "fit"')
@@ -48,7 +52,7 @@ def _axes_of(runs: Iterable[tuple[Record, Sequence[Telemetry]]]) -> Flags:
     return np.asarray(np.any([part.live for _, parts in runs for part in parts], axis=0))
 
 
-def _dealt(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> list[int]:
+def _dealt(runs: Sequence[tuple[Record, Sequence[Telemetry]]], fitted: Collection[int]) -> list[int]:
     """Return which runs are held out where none has a role: every third, and at least one of two.
 
     What shows in a single run, a touch, a clipped reading or what goes with the square of the rate, can only be found
@@ -57,9 +61,9 @@ def _dealt(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> list[int]:
     """
     count, every = len(runs), SETTINGS.heldout_every
     due = range(every - 1, count, every) if count >= every else range(1, count)
-    fastest = _fastest(runs)
-    groups = [[*range(max(last - every + 1, 0), last + 1)] for last in due]
-    return [_ordinary([each for each in group if each != fastest], runs) for group in groups]
+    kept = {_fastest(runs), *fitted}
+    groups = [[each for each in range(max(last - every + 1, 0), last + 1) if each not in kept] for last in due]
+    return [_ordinary(group, runs) for group in groups if group]
 
 
 _FAR_FASTER = 2.0

@@ -157,8 +157,9 @@ class Diagnosis:
     notices: tuple[str, ...] = ()
 
     def begins_again(self, before: Diagnosis) -> bool:
-        """Return whether it is the first stage with a trim of each record, after a stage with one of all records."""
-        return bool(before.runs.trim_group) and not self.runs.trim_group
+        """Return whether it is the first stage with other runs fitted, or with trims of records after one of all."""
+        own_trims = bool(before.runs.trim_group) and not self.runs.trim_group
+        return own_trims or self.runs.record_names != before.runs.record_names
 
     @property
     def left_over(self) -> bool:

@@ -9,6 +9,7 @@ from testbed.assembly.platform import Body, nominal_body
 from testbed.diagnosis.changed import changed_notices, without_changed
 from testbed.diagnosis.gate import Gate, require_explicable
 from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.missed_records import missed_record
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.reference import reference_of
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
@@ -77,6 +78,9 @@ class PreparedRecords:
     def stages(self, progress: Progress = silent, most: int = SETTINGS.most_effects) -> Iterator[Diagnosis]:
         """Yield what is known after every stage of the diagnosis; the last one is complete.
 
+        Where a held-out record shows what the fitted ones do not, all begins again with it among these
+        (`Diagnosis.begins_again`).
+
         Args:
             progress: called with what is being tested.
             most: effects that are added at most.
@@ -84,6 +88,22 @@ class PreparedRecords:
         Raises:
             InputError: the nominal motion leaves the finite numbers, or no model explains the records.
         """
+        for state in self._stages(progress, most):
+            missed = missed_record(state) if state.complete else None
+            again = None if missed is None else self._fitting(missed)
+            if again is None:
+                yield state
+                continue
+            yield from again._stages(progress, most)  # the same method of another of these
+
+    def _fitting(self, name: str) -> PreparedRecords | None:
+        """Return the same with a record among those that are fitted; None where roles are stated."""
+        data = data_set_of(self.records.runs, self.scenario, self.nominal, [name])
+        if name not in data.fit_records:
+            return None
+        return replace(self, data=data)
+
+    def _stages(self, progress: Progress, most: int) -> Iterator[Diagnosis]:
         data = self.data
         theta = theta_of(self.nominal.inertia)
         stages = diagnosed(
