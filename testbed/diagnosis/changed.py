@@ -68,12 +68,14 @@ def _most_changed(reference: Reference, runs: Runs, effects: Mapping[str, Effect
 def _freed(fit: Fit, reference: Reference, placed: Hypothesis) -> float:
     """Return by how much χ² falls if an effect is not held to what is believed of it.
 
-    With x the estimate, μ and S what is believed, P the estimate's covariance: (x - μ)ᵀ (S - P)⁻¹ (x - μ).
+    With x the estimate, μ and S what is believed, P the estimate's covariance: (x - μ)ᵀ (S - P)⁻¹ (x - μ). Of what no
+    sample shows, as about the axes that a bearing holds, P is S to rounding, and nothing is said.
     """
     mean, std = reference.belief.effect(placed.key)
     own = 6 + np.arange(len(fit.effect_values))[fit.own(placed)]
-    learned = np.diag(std**2) - determined_inverse(fit.normal)[np.ix_(own, own)]  # no sample shows a dead axis
-    away = fit.effect_values[fit.own(placed)] - mean
+    shown = fit.shown[own]
+    learned = np.diag(std[shown] ** 2) - determined_inverse(fit.normal)[np.ix_(own[shown], own[shown])]
+    away = (fit.effect_values[fit.own(placed)] - mean)[shown]
     return float(away @ determined_inverse(learned) @ away)
 
 

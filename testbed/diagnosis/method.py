@@ -22,7 +22,7 @@ from testbed.diagnosis.latent import goodness, latent_torque, on_all_runs
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.noise import Residuals, deviance, noise_level, noise_tests, readings_of, with_noise_model
 from testbed.diagnosis.own_effects import require_kept
-from testbed.diagnosis.own_sizes import with_own_sizes
+from testbed.diagnosis.own_sizes import as_healthy_records_differ, with_own_sizes
 from testbed.diagnosis.search import (
     Search,
     gap_of,
@@ -141,7 +141,7 @@ class _Task:
                     state = search.classed_anew(state)
                 yield state
             self.progress("residual")
-            state = check_residual(state, noise, search)
+            state = as_healthy_records_differ(check_residual(state, noise, search))
         except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
             yield replace(_ended_early(state, error), ended_early=True, complete=True)
             return

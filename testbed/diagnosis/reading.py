@@ -38,6 +38,7 @@ from testbed.estimation.body import is_body
 from testbed.estimation.surroundings import EXACT
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import with_command_phase
+from testbed.prediction.wheel_impulses import ImpulseNoise
 from testbed.records.notices import grouped
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
@@ -227,10 +228,10 @@ def _given(runs: Runs) -> tuple[Hypothesis, ...]:
     return (Hypothesis(effect=EFFECTS["actuator_gain"], component="actuators", given=True),)
 
 
-def runs_together(usable: Usable, chosen: Sequence[int]) -> Runs:
-    """Return the parts of some records as runs."""
+def runs_together(usable: Usable, chosen: Sequence[int], wheel_noise: ImpulseNoise | None = None) -> Runs:
+    """Return the parts of some records as runs; with the noise of their wheels' impulses as `runs_of` takes it."""
     parts = [part for index in chosen for part in usable[index][1]]
-    runs = runs_of([part.name for part in parts], [part.telemetry for part in parts])
+    runs = runs_of([part.name for part in parts], [part.telemetry for part in parts], wheel_noise)
     return replace(runs, windowed=tuple(part.stretch for part in parts if part.stretch is not None))
 
 
@@ -322,8 +323,8 @@ def data_set_of(
     stated = scenario.diagnosis
     prior_odds = PriorOdds.stated(stated.null_prior_odds, stated.unmodelled_prior_odds)
 
-    def of(chosen: Sequence[int], belief: Belief | None) -> Runs:
-        runs = replace(_enough(runs_together(usable, chosen)), belief=belief, prior_odds=prior_odds)
+    def of(chosen: Sequence[int], belief: Belief | None, wheel_noise: ImpulseNoise | None = None) -> Runs:
+        runs = replace(_enough(runs_together(usable, chosen, wheel_noise)), belief=belief, prior_odds=prior_odds)
         if level is not None:
             return with_pooled_noise(runs, level)
         runs = replace(runs, noise_uncertainty=scenario.gyro.noise_uncertainty)
@@ -335,7 +336,7 @@ def data_set_of(
     belief = runs.belief
     return DataSet(
         runs=runs,
-        heldout=of(heldout, None if belief is None else belief.of_records()) if heldout else None,
+        heldout=of(heldout, belief and belief.of_records(), runs.grid.wheel_noise) if heldout else None,
         fit_records=tuple(usable[index][0].details.name for index in fit),
         heldout_records=tuple(usable[index][0].details.name for index in heldout),
         notices=(

@@ -89,11 +89,16 @@ class OwnSizes:
         placed: the effect; None of the inertia.
         odds: twice the logarithm of the posterior odds of own sizes against one of all runs.
         record: that differs the most from all.
+        explains_most: whether that is most of what is more than noise.
+        as_healthy: whether it is an effect that healthy records have, whose sizes scatter as there, and which leaves
+            nothing but noise then.
     """
 
     placed: Hypothesis | None
     odds: float
     record: str
+    explains_most: bool
+    as_healthy: bool
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -164,8 +169,10 @@ class Diagnosis:
     @property
     def left_over(self) -> bool:
         """Whether the model's residual is more than noise, or could not be tested."""
+        if self.ended_early or (self.differing is not None and self.differing.as_healthy):
+            return self.ended_early
         missed = self.actuators_missed > SETTINGS.channel_missed
-        return self.ended_early or missed or self.goodness < SETTINGS.unexplained_p_value or self.structure_left
+        return missed or self.goodness < SETTINGS.unexplained_p_value or self.structure_left
 
     @property
     def hardly_left_over(self) -> bool:

@@ -118,7 +118,7 @@ class PreparedRecords:
             most=most,
         )
         for state in stages:
-            if state.complete:
+            if state.complete and state.differing is None:
                 gate = Gate(accepted=self.scenario.diagnosis.accept)
                 require_explicable(state.runs, state.gap_before.fit, state.nearest, gate)
                 state = replace(state, notices=(*state.notices, *gate.notices))  # noqa: PLW2901

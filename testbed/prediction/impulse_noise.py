@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from testbed.arrays import Array, Units
 from testbed.prediction.wheel_impulses import ImpulseNoise, Impulses, impulse_scale, without_correlation
 
 IMPULSE_UNKNOWNS = 5
 """Of a wheel: how an impulse follows its command and the two before, viscous and dry friction. They stand for any lag,
-factor and friction, so that none of these passes for noise."""
+factor and friction, so that none of these passes for noise; a bearing that warms has other frictions in every run."""
 _COMMANDS = slice(0, 3)
 """Which of these say how an impulse follows its command."""
 _FEWEST = 20
@@ -139,20 +140,27 @@ def _fits(impulses: Sequence[Impulses], unit: ImpulseNoise) -> list[_OneWheel]:
     white = zip(*(without_correlation(each, unit, _columns(each)) for each in impulses), strict=True)
     scale = zip(*(impulse_scale(each, unit) for each in impulses), strict=True)
     return [
-        _fit(np.concatenate(columns, axis=-1) / sigma, np.concatenate(scales) / sigma)
+        _fit(_of_all_runs(columns) / sigma, np.concatenate(scales) / sigma)
         for columns, scales, sigma in zip(white, scale, unit.sigma, strict=True)
     ]
+
+
+def _of_all_runs(columns: Sequence[Array]) -> Array:
+    """Return columns of runs, shapes (1 + 5, K), as those of all together, frictions of every run's own behind them."""
+    common = 1 + _COMMANDS.stop
+    own = scipy.linalg.block_diag(*(each[common:] for each in columns))
+    return np.concatenate([np.concatenate([each[:common] for each in columns], axis=-1), own])
 
 
 def _fit(columns: Array, scale: Array) -> _OneWheel:
     """Return the fit of the first of the columns, shape (1 + C, K), by the others."""
     lengths = np.linalg.norm(columns[1:], axis=1)
     asked_nothing = not lengths[_COMMANDS].all()  # of a wheel that coasts, how it follows is not known
-    lengths = np.where(lengths > 0.0, lengths, 1.0)
+    unknowns, lengths = int(np.count_nonzero(lengths)), np.where(lengths > 0.0, lengths, 1.0)
     others = (columns[1:] / lengths[:, None]).T
     inverse = np.linalg.pinv(others)
     values = inverse @ columns[0]
-    left, freedom = columns[0] - others @ values, len(others) - IMPULSE_UNKNOWNS
+    left, freedom = columns[0] - others @ values, len(others) - unknowns
     variance = float(left @ left) / freedom
     one = np.zeros(len(values))
     one[_COMMANDS] = 1.0 / lengths[_COMMANDS]

@@ -109,6 +109,10 @@ class ImpulseNoise(NamedTuple):
     torque: Units
     interval: float
 
+    def compares_as(self, other: ImpulseNoise) -> bool:
+        """Return whether the same wheels are compared by the same channel."""
+        return (self.commanded, self.wheels) == (other.commanded, other.wheels)
+
     @property
     def sigma(self) -> Units:
         """Standard deviation of what `without_correlation` leaves, shape (C,), N·m·s.

@@ -55,6 +55,11 @@ def _of_effects(diagnosis: Diagnosis) -> Notice:
         # The misfit above the verdict is in the noise before: two numbers of one model need a reason.
         noise = ", in the noise that its residual shows" if in_other_noise(diagnosis.gap_before, diagnosis.gap) else ""
         text += f"{misfit_words(diagnosis.gap)}, and a gap of {gap_words(diagnosis.gap)}{noise}; noise alone gives 1."
+        if diagnosis.differing is not None and diagnosis.differing.placed is not None:
+            placed = diagnosis.differing.placed
+            text += (
+                f" {effect_name(placed.effect, placed.component)} differs from run to run as in the healthy records."
+            )
         changed = [effect_name(each.effect, each.component) for each in changed_since_healthy(diagnosis)]
         if changed:
             text += f" But it is not as in the healthy records, see the notes: {listed(changed)}."
