@@ -30,9 +30,8 @@ _AS_MUCH = 1.0 / 3.0
 
 Source: chosen: runs differ by a factor of three in what any effect explains of them."""
 
-
 _MOST_KNOTS = 600
-"""Of all runs together, up to which impulses at each are tried: they take 0.2 s. The jumps say when in longer ones."""
+"""Of all runs together, up to which impulses at each are tried: 288 take 0.15 s. The jumps say when in longer ones."""
 _STARTS = 8
 """Instants that are searched from, as `effects.contact` has them."""
 _APART = 0.2

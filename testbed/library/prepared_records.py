@@ -93,8 +93,8 @@ class PreparedRecords:
             again = None if missed is None else self._fitting(missed)
             if again is None:
                 yield state
-                continue
-            yield from again._stages(progress, most)  # the same method of another of these
+            else:
+                yield from again._stages(progress, most)
 
     def _fitting(self, name: str) -> PreparedRecords | None:
         """Return the same with a record among those that are fitted; None where roles are stated."""

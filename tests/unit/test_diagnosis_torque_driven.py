@@ -294,6 +294,14 @@ class TestHeldTorque:
         for first in (100, 200, 300):
             data_set_of([self.held(first + number, count=200, lost=lost) for number in range(3)], self.STATED, NOMINAL)
 
+    def test_a_touch_is_no_torque_at_random(self):
+        """One jump of the rate has the variance of a walk; a bearing with a touch in one of four runs was refused."""
+        records = [self.held(seed, read=10) for seed in range(4)]
+        rate = records[1].channels["body_rate"].copy()
+        rate[20:] += [0.4, -0.28, 0.32]
+        records[1] = replace(records[1], channels=records[1].channels | {"body_rate": rate})
+        data_set_of(records, self.STATED, NOMINAL)
+
 
 class TestSingleActuators:
     def test_a_weak_motor_is_named_by_its_number(self):
