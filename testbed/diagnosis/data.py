@@ -22,7 +22,6 @@ from testbed.estimation.noise_color import NoiseColor
 from testbed.estimation.slow_bias import SlowBias
 from testbed.estimation.telemetry import ALL_AXES, Telemetry, has_momentum
 from testbed.prediction.grid import Grid, grid_of
-from testbed.prediction.wheel_impulses import ImpulseNoise
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -303,14 +302,14 @@ def _on_all_axes(part: Array, live: Flags) -> Array:
     return whole
 
 
-def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry], wheel_noise: ImpulseNoise | None = None) -> Runs:
+def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry], like: Runs | None = None) -> Runs:
     """Put runs side by side, with the gyro noise that their telemetry states.
 
     Args:
         names: of the runs.
         telemetry: of each.
-        wheel_noise: in which the wheels' impulses are compared, as other runs of the platform show it, if the same
-            wheels are compared here; what these runs show of it themselves where there is none.
+        like: other runs of the platform, in whose noise the wheels' impulses are compared if the same wheels are
+            compared here; in that which these runs show themselves where there are none.
 
     Raises:
         InputError: too few samples in a run, or runs whose channels differ.
@@ -318,9 +317,9 @@ def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry], wheel_noise: I
     grid = grid_of(telemetry)
     sigma = np.array([[run.gyro_noise] * 3 for run in grid.runs])
     torques, responses = torque_channel(grid), response_channel(grid)
-    own = wheel_channel(grid)
-    as_others = wheel_noise is not None and own is not None and wheel_noise.compares_as(own)
-    grid = replace(grid, follows_commands=responses is not None, wheel_noise=wheel_noise if as_others else own)
+    own, others = wheel_channel(grid), None if like is None else like.grid.wheel_noise
+    as_others = others is not None and own is not None and others.compares_as(own)
+    grid = replace(grid, follows_commands=responses is not None, wheel_noise=others if as_others else own)
     inner = [each for each in (torques, responses, *impulse_channels(grid)) if each is not None]
     return Runs(
         names=tuple(names),

@@ -38,7 +38,6 @@ from testbed.estimation.body import is_body
 from testbed.estimation.surroundings import EXACT
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import with_command_phase
-from testbed.prediction.wheel_impulses import ImpulseNoise
 from testbed.records.notices import grouped
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
@@ -228,10 +227,10 @@ def _given(runs: Runs) -> tuple[Hypothesis, ...]:
     return (Hypothesis(effect=EFFECTS["actuator_gain"], component="actuators", given=True),)
 
 
-def runs_together(usable: Usable, chosen: Sequence[int], wheel_noise: ImpulseNoise | None = None) -> Runs:
-    """Return the parts of some records as runs; with the noise of their wheels' impulses as `runs_of` takes it."""
+def runs_together(usable: Usable, chosen: Sequence[int], like: Runs | None = None) -> Runs:
+    """Return the parts of some records as runs; like others of the platform, as `runs_of` takes them."""
     parts = [part for index in chosen for part in usable[index][1]]
-    runs = runs_of([part.name for part in parts], [part.telemetry for part in parts], wheel_noise)
+    runs = runs_of([part.name for part in parts], [part.telemetry for part in parts], like)
     return replace(runs, windowed=tuple(part.stretch for part in parts if part.stretch is not None))
 
 
@@ -323,8 +322,8 @@ def data_set_of(
     stated = scenario.diagnosis
     prior_odds = PriorOdds.stated(stated.null_prior_odds, stated.unmodelled_prior_odds)
 
-    def of(chosen: Sequence[int], belief: Belief | None, wheel_noise: ImpulseNoise | None = None) -> Runs:
-        runs = replace(_enough(runs_together(usable, chosen, wheel_noise)), belief=belief, prior_odds=prior_odds)
+    def of(chosen: Sequence[int], belief: Belief | None, like: Runs | None = None) -> Runs:
+        runs = replace(_enough(runs_together(usable, chosen, like)), belief=belief, prior_odds=prior_odds)
         if level is not None:
             return with_pooled_noise(runs, level)
         runs = replace(runs, noise_uncertainty=scenario.gyro.noise_uncertainty)
@@ -336,7 +335,7 @@ def data_set_of(
     belief = runs.belief
     return DataSet(
         runs=runs,
-        heldout=of(heldout, belief and belief.of_records(), runs.grid.wheel_noise) if heldout else None,
+        heldout=of(heldout, belief and belief.of_records(), runs) if heldout else None,
         fit_records=tuple(usable[index][0].details.name for index in fit),
         heldout_records=tuple(usable[index][0].details.name for index in heldout),
         notices=(
