@@ -22,7 +22,7 @@ from testbed.diagnosis.latent import goodness, latent_torque, on_all_runs
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.noise import Residuals, deviance, noise_level, noise_tests, readings_of, with_noise_model
 from testbed.diagnosis.own_effects import require_kept
-from testbed.diagnosis.own_sizes import as_healthy_records_differ, with_own_sizes
+from testbed.diagnosis.own_sizes import as_healthy_records_differ, saying_what_differs, with_own_sizes
 from testbed.diagnosis.search import (
     Search,
     gap_of,
@@ -148,6 +148,7 @@ class _Task:
         try:
             if not self.alone and may_follow_formulas(state):
                 state = with_formulas(state, search, noise.explained, _residual_tested)
+            state = saying_what_differs(state)
         except (InputError, np.linalg.LinAlgError) as error:  # the model without a formula has been tested
             state = _ended_early(state, error)
         yield replace(state, complete=True)

@@ -56,6 +56,22 @@ def as_healthy_records_differ(state: Diagnosis) -> Diagnosis:
     return replace(state, differing=max(found, key=lambda each: each.odds)) if found else state
 
 
+def saying_what_differs(state: Diagnosis) -> Diagnosis:
+    """Return a complete diagnosis that says what differs from run to run, if that explains most of its residual.
+
+    More, that is, than a torque of any shape; the verdict stays.
+
+    Args:
+        state: with its residual tested.
+    """
+    if state.differing is not None or not state.left_over:
+        return state
+    least = max((shape.evidence for shape in state.shapes), default=0.0)
+    every = _every(state, _Records.of(state, state.model))
+    found = [each for each in every if each.explains_most and each.odds > max(least, 0.0)]
+    return replace(state, differing=max(found, key=lambda each: each.odds)) if found else state
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Records:
     """What all records say of a model.
