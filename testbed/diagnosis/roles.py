@@ -23,18 +23,19 @@ def by_role(
 
     Args:
         runs: records, and what is used of each.
-        fitted: names of records that are fitted whatever is dealt; roles that are stated stand.
+        fitted: names of records that are fitted whatever is dealt, as are those with the role "fit"; where any is said
+            to be held out, no others are.
 
     Raises:
         InputError: every run is to be held out.
     """
     roles = [record.details.role for record, _ in runs]
-    kept = [index for index, (record, _) in enumerate(runs) if record.details.name in fitted]
-    heldout = [index for index, role in enumerate(roles) if role == "heldout"] if any(roles) else _dealt(runs, kept)
+    stated = "heldout" in roles
+    kept = [index for index, role in enumerate(roles) if role == "fit" or runs[index][0].details.name in fitted]
+    heldout = [index for index, role in enumerate(roles) if role == "heldout"] if stated else _dealt(runs, kept)
     fit = [index for index in range(len(runs)) if index not in heldout]
     if not fit:
         raise InputError('every run has role = "heldout": give at least one run the role "fit"')
-    stated = any(roles)
     while unfitted := [
         index for index in heldout if (_axes_of([runs[index]]) & ~_axes_of(runs[each] for each in fit)).any()
     ]:

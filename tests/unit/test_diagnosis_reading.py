@@ -92,6 +92,14 @@ def test_stated_roles_are_kept(good):
     assert data.runs.names == ("run2", "run3")
 
 
+def test_a_run_that_is_to_be_fitted_leaves_the_others_to_be_dealt(good):
+    """One with the role "fit" left none held out."""
+    stated = [*records(3)[:2], with_details(records(3)[2], role="fit")]
+    data = read(stated)
+    assert data.heldout.names == ("run2",)
+    assert data.runs.names == ("run1", "run3")
+
+
 def test_held_out_runs_alone_cannot_be_fitted(good):
     with pytest.raises(InputError, match="every run has role"):
         read([with_details(record, role="heldout") for record in good])
