@@ -68,6 +68,7 @@ def result_of(
             for one, other, distance in pairs_alike(diagnosis)
         ],
         "run_by_run": [_agreement(each) for each in agreements],
+        "differs": _differing(diagnosis),
         "inertia": _inertia(diagnosis),
         "noise": _noise(diagnosis),
         "latent_torque": _latent(diagnosis),
@@ -79,6 +80,14 @@ def result_of(
         },
         "notices": list(notices),
     }
+
+
+def _differing(diagnosis: Diagnosis) -> Content | None:
+    found = diagnosis.differing
+    if found is None:
+        return None
+    named = {"effect": "inertia", "component": "platform"} if found.placed is None else _named(found.placed)
+    return named | {"record": found.record, "as_healthy": found.as_healthy}
 
 
 def _noise(diagnosis: Diagnosis) -> Content:

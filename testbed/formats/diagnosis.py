@@ -203,6 +203,19 @@ class RunByRun(PlacedEffect):
     """Its parameters by name of the run, each by the parameter's name; held-out runs included."""
 
 
+class Differing(Part):
+    """What differs from run to run, more probably than any further effect is there."""
+
+    effect: str
+    """Id of the effect that was added, or of the nominal model's; `inertia` of the inertia."""
+    component: str
+    """Where it is."""
+    record: str
+    """Name of the run that differs the most from all."""
+    as_healthy: bool
+    """Whether the healthy records differ as much, so that it is nothing new."""
+
+
 class Theta(Part):
     """An estimated inertia."""
 
@@ -344,6 +357,8 @@ class DiagnosisFile(Part):
     """Effects that these data hardly distinguish, the closest first."""
     run_by_run: list[RunByRun]
     """Whether the runs agree on what was added."""
+    differs: Differing | None = Field(default=None)
+    """What differs from run to run; null where no further effect was weighed against that, or one is more probable."""
     inertia: Inertia
     """The inertia without and with the effects."""
     noise: Noise

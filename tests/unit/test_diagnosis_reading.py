@@ -92,7 +92,7 @@ def test_stated_roles_are_kept(good):
     assert data.runs.names == ("run2", "run3")
 
 
-def test_a_run_that_is_to_be_fitted_leaves_the_others_to_be_dealt(good):
+def test_a_run_that_is_to_be_fitted_leaves_the_others_to_be_dealt():
     """One with the role "fit" left none held out."""
     stated = [*records(3)[:2], with_details(records(3)[2], role="fit")]
     data = read(stated)

@@ -8,6 +8,7 @@ from support.diagnosed_records import nominal, records
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.result import result_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.report.diagnosis.verdict import diagnosis_verdict
@@ -43,6 +44,9 @@ def test_a_drag_that_differs_by_a_fifth_gets_no_further_name():
     assert found.differing.placed.key == "viscous_drag:platform"
     assert "That viscous_drag (platform) differs from run to run" in diagnosis_verdict(found).text
     assert found.verdict == "unexplained"
+    said = result_of(found, [], [])["differs"]
+    assert (said["effect"], said["component"], said["as_healthy"]) == ("viscous_drag", "platform", False)
+    assert said["record"] in {"run2", "run3", "run5"}  # 20 and 15 % off
 
 
 def test_a_second_effect_that_is_there_is_named_beside_a_drag_of_one_size():
