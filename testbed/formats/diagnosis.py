@@ -357,7 +357,7 @@ class DiagnosisFile(Part):
     """Effects that these data hardly distinguish, the closest first."""
     run_by_run: list[RunByRun]
     """Whether the runs agree on what was added."""
-    differs: Differing | None = Field(default=None)
+    differs: Differing | None
     """What differs from run to run; null where no further effect was weighed against that, or one is more probable."""
     inertia: Inertia
     """The inertia without and with the effects."""
