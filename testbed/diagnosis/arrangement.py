@@ -18,6 +18,7 @@ import numpy as np
 
 from testbed.arrays import Array, Matrices3, Matrix3, Series, Theta, Vectors3
 from testbed.diagnosis.settings import SETTINGS
+from testbed.estimation.identifiability import explaining
 from testbed.estimation.momentum_equation import momentum_equation
 from testbed.estimation.regression import rows_of
 from testbed.estimation.telemetry import Telemetry
@@ -133,10 +134,6 @@ def _share(powers: Array) -> Array:
     return np.asarray(np.where(whole > 0.0, missed / np.where(whole > 0.0, whole, 1.0), 0.0))
 
 
-_UNDETERMINED = 1e-10
-"""Share of the largest eigenvalue below which an unknown does not show: squares of rounding, 1e-5 of any that does."""
-
-
 def _powers(run: Telemetry, theta: Theta, body_rate: Vectors3) -> Array:
     """Return the sums of squares of the balance's residual and of J ω, (N·m·s)², less what the unknowns explain.
 
@@ -156,10 +153,7 @@ def _powers(run: Telemetry, theta: Theta, body_rate: Vectors3) -> Array:
     own = np.matvec(equation.regressor[..., live, :6], theta)
     both = np.stack([equation.response[..., live] - own, own], axis=-1)
     both = both.reshape(*both.shape[:-3], -1, 2)
-    across = np.swapaxes(unknowns, -1, -2)
-    slope = across @ both
-    solved = np.linalg.pinv(across @ unknowns, rcond=_UNDETERMINED, hermitian=True) @ slope
-    return np.asarray(np.square(both - unknowns @ solved).sum(axis=-2))
+    return np.asarray(np.square(both - unknowns @ explaining(unknowns, both)).sum(axis=-2))
 
 
 def _others(run: Telemetry) -> Iterator[_Arrangement]:

@@ -274,9 +274,9 @@ def _remembered(memory: Memory, product: Array, time: Array, constants: Array) -
     count = product.shape[-1]
     half = make_interp_spline(np.arange(count), product, k=3, axis=-1)(np.arange(count - 1) + 0.5)
     step = (time[:, 1] - time[:, 0])[None, :, None]
-    first = first_state_of(memory, product[..., 0])
-    state = np.broadcast_to(first, (len(constants), *first.shape))
-    values = [np.broadcast_to(value_of(memory, product[..., 0], first), state.shape[:-1])]
+    begun = first_state_of(memory, product[..., 0])
+    state = np.broadcast_to(begun, (len(constants), *begun.shape))
+    values = [np.broadcast_to(value_of(memory, product[..., 0], begun), state.shape[:-1])]
     for node in range(count - 1):
         first = rate_of(memory, product[..., node], state, constant)
         second = rate_of(memory, half[..., node], state + 0.5 * step * first, constant)

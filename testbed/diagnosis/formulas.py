@@ -96,7 +96,7 @@ def with_formulas(
         left = evidence_of_any(state.shapes, beside.tested, beside.prior_odds.unmodelled)
         state = replace(state, explained=explained, unmodelled=explained + left)
     known = begun.unnamed or begun.differing or not begun.left_over
-    if known and state.explained < _with_own_sizes_explained(begun) + SETTINGS.indistinguishable:
+    if known and state.explained < begun.explained + begun.differing_odds + SETTINGS.indistinguishable:
         return begun
     # As for effects of the library: what has lower posterior odds than a torque that the grammar lacks is no name.
     lacking = [] if begun.steps else [shape for shape in begun.shapes if shape.kind in _NO_FORMULA]
@@ -127,10 +127,6 @@ def _explained(state: Diagnosis, bare: Diagnosis) -> float:
     return log_odds_of_all(_in_noise_of(bare, state), bare)
 
 
-def _with_own_sizes_explained(state: Diagnosis) -> float:
-    return state.explained + (0.0 if state.differing is None else state.differing.odds)
-
-
 def _in_noise_of(bare: Diagnosis, state: Diagnosis) -> Diagnosis:
     """Return the model of a diagnosis in the noise of the nominal one."""
     return with_model(replace(bare, steps=state.steps), state.model)
@@ -151,7 +147,7 @@ def _best_addition(
         bases.append((bare, search.screened(bare)))  # in the noise in which formulas are compared with it
     found = []
     for base, listed in bases:
-        least = _with_own_sizes_explained(state) - base.explained - _FAR if state.differing else -np.inf
+        least = state.explained + state.differing_odds - base.explained - _FAR if state.differing else -np.inf
         formulas = screened_formulas(base.runs, base.heldout, base.model, len(search.testable), search.progress, least)
         touch = _touch_of_pulse(base, formulas, search)
         screening = _beside_library(formulas, listed, library, touch)

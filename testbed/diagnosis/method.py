@@ -287,7 +287,7 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     assert screening is not None
     bare = _residual_tested(with_model(state, state.baseline) if state.steps else state)
     unmodelled = _unmodelled(bare, screening)
-    differing = bare.differing if not state.steps and _own_odds(bare) > unmodelled else None
+    differing = bare.differing if not state.steps and bare.differing_odds > unmodelled else None
     bare = replace(bare, steps=(), remaining=screening, differing=differing, unmodelled=unmodelled)
     if not state.steps:
         return bare
@@ -297,7 +297,7 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     shapes = no_better_than_together(bare.shapes, tested.shapes, by_effects)
     unmodelled = _unmodelled(replace(bare, shapes=shapes), screening)
     tested = replace(tested, unmodelled=unmodelled, explained=explained)
-    if tested.unmodelled > log_odds_of_class(tested) + _own_odds(state) + 2.0 * log(SETTINGS.retraction_odds):
+    if tested.unmodelled > log_odds_of_class(tested) + state.differing_odds + 2.0 * log(SETTINGS.retraction_odds):
         return replace(bare, retracted=tuple(step.placed for step in state.steps))
     return replace(tested, latent_before=bare.latent)
 
@@ -311,12 +311,8 @@ def _noise_is_more_probable(noisier: Diagnosis, state: Diagnosis) -> bool:
     """
     screening = state.remaining or state.steps[0].screening
     walking = 0.0 if state.latent is None else state.latent.likelihood_ratio
-    otherwise = max(_unmodelled(state, screening), walking, _own_odds(state))
+    otherwise = max(_unmodelled(state, screening), walking, state.differing_odds)
     return _deviance(state) - _deviance(noisier) > otherwise
-
-
-def _own_odds(state: Diagnosis) -> float:
-    return 0.0 if state.differing is None else state.differing.odds
 
 
 def _deviance(state: Diagnosis) -> float:

@@ -7,13 +7,15 @@ sizes, or an inertia, of every run's own explain more than that effect does.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from testbed.arrays import Array, Indices
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
+from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.model import Fit, Hypothesis, independent
 from testbed.diagnosis.p_values import p_value
@@ -34,10 +36,13 @@ def with_own_sizes(state: Diagnosis, screening: Screening) -> tuple[Diagnosis, C
     chosen = accepted(screening)
     if chosen is None:
         return state, chosen
-    found = _every(state, _Records.of(state, state.model))
+    explains_all = _explains_all(state, chosen)
+    if explains_all and not any(_is_healthy(state, each) for each in state.model.placed):
+        return state, chosen
+    found = _every(state)
     healthy = [each for each in found if each.as_healthy]
     # What healthy records differ by is known to be there, however little of a residual it is.
-    likely = healthy if healthy or _explains_all(state, chosen) else [each for each in found if each.explains_most]
+    likely = healthy if healthy or explains_all else [each for each in found if each.explains_most]
     differing = max(likely, key=lambda each: each.odds, default=None)
     if differing is None or differing.odds <= screening.odds(chosen):
         return state, chosen
@@ -50,10 +55,7 @@ def as_healthy_records_differ(state: Diagnosis) -> Diagnosis:
     Args:
         state: with its residual tested.
     """
-    if state.differing is not None or not state.left_over:
-        return state
-    found = [each for each in _every(state, _Records.of(state, state.model)) if each.as_healthy and each.odds > 0.0]
-    return replace(state, differing=max(found, key=lambda each: each.odds)) if found else state
+    return _differing_by(state, lambda each: each.as_healthy and each.odds > 0.0)
 
 
 def saying_what_differs(state: Diagnosis) -> Diagnosis:
@@ -64,11 +66,15 @@ def saying_what_differs(state: Diagnosis) -> Diagnosis:
     Args:
         state: with its residual tested.
     """
+    least = max((0.0, *(shape.evidence for shape in state.shapes)))
+    return _differing_by(state, lambda each: each.explains_most and each.odds > least)
+
+
+def _differing_by(state: Diagnosis, stands: Callable[[OwnSizes], bool]) -> Diagnosis:
+    """Return a diagnosis that says what differs from run to run, if it left anything and something stands for it."""
     if state.differing is not None or not state.left_over:
         return state
-    least = max((shape.evidence for shape in state.shapes), default=0.0)
-    every = _every(state, _Records.of(state, state.model))
-    found = [each for each in every if each.explains_most and each.odds > max(least, 0.0)]
+    found = [each for each in _every(state) if stands(each)]
     return replace(state, differing=max(found, key=lambda each: each.odds)) if found else state
 
 
@@ -77,14 +83,25 @@ class _Records:
     """What all records say of a model.
 
     Attributes:
-        seen: by the name of each.
-        chi_square: of their residuals.
-        freedom: samples less parameters.
+        both: the fitted ones and those held out, with the model fitted to them.
     """
 
-    seen: Mapping[str, Seen]
-    chi_square: float
-    freedom: int
+    both: Sequence[tuple[Runs, Fit]]
+
+    @cached_property
+    def seen(self) -> Mapping[str, Seen]:
+        """By the name of each record."""
+        return {name: each for runs, fit in self.both for name, each in seen_by_record(runs, fit).items()}
+
+    @property
+    def chi_square(self) -> float:
+        """Of their residuals."""
+        return sum(fit.chi_square for _, fit in self.both)
+
+    @property
+    def freedom(self) -> int:
+        """Samples less parameters."""
+        return sum(fit.freedom for _, fit in self.both)
 
     @staticmethod
     def of(state: Diagnosis, model: Fit) -> _Records:
@@ -92,11 +109,7 @@ class _Records:
         both = [(state.runs, model)]
         if state.heldout is not None and all(each.effect.recurs for each in model.placed):
             both.append((state.heldout, fitted_initial_rates(state.heldout, model)))
-        return _Records(
-            seen={name: each for runs, fit in both for name, each in seen_by_record(runs, fit).items()},
-            chi_square=sum(fit.chi_square for _, fit in both),
-            freedom=sum(fit.freedom for _, fit in both),
-        )
+        return _Records(both=both)
 
 
 def _explains_all(state: Diagnosis, chosen: Candidate) -> bool:
@@ -105,11 +118,14 @@ def _explains_all(state: Diagnosis, chosen: Candidate) -> bool:
     return chance > SETTINGS.unexplained_p_value
 
 
-def _every(state: Diagnosis, records: _Records) -> list[OwnSizes]:
+def _every(state: Diagnosis) -> list[OwnSizes]:
     """Return what may differ from run to run: the inertia, and each effect in the model."""
     model, runs = state.model, state.runs
     # Columns of one run are no other's; over windows the inertia is as stated, and each is a part of a record.
-    if runs.known_in_part or not all(each.effect.recurs for each in model.placed) or len(records.seen) < 2:
+    if runs.known_in_part or not all(each.effect.recurs for each in model.placed):
+        return []
+    records = _Records.of(state, model)
+    if len(records.seen) < 2:
         return []
     inertia = np.full(6, SETTINGS.inertia_scatter * runs.mean_moment(model.theta))
     found = [_own_sizes(state, None, records, np.arange(6), inertia)]

@@ -167,6 +167,11 @@ class Diagnosis:
         return own_trims or self.runs.record_names != before.runs.record_names
 
     @property
+    def differing_odds(self) -> float:
+        """Twice the logarithm of the posterior odds of what differs from run to run; 0 where nothing does."""
+        return 0.0 if self.differing is None else self.differing.odds
+
+    @property
     def left_over(self) -> bool:
         """Whether the model's residual is more than noise, or could not be tested."""
         if self.ended_early or (self.differing is not None and self.differing.as_healthy):

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import repeat
 
 import numpy as np
 import scipy
@@ -21,8 +20,8 @@ from testbed.diagnosis.model import Fit, Hypothesis, squares_within
 from testbed.diagnosis.signatures import signatures
 from testbed.diagnosis.torque_shapes import shape_knots
 from testbed.diagnosis.torque_space import normal, torque_space
-from testbed.effects.contact import Contact
-from testbed.estimation.contact import JUMP_CHANCE
+from testbed.effects.contact import STARTS, Contact
+from testbed.estimation.contact import JUMP_CHANCE, peaks
 from testbed.prediction.grid import begin_of_runs, run_at
 
 _AS_MUCH = 1.0 / 3.0
@@ -32,10 +31,6 @@ Source: chosen: runs differ by a factor of three in what any effect explains of 
 
 _MOST_KNOTS = 600
 """Of all runs together, up to which impulses at each are tried: 288 take 0.15 s. The jumps say when in longer ones."""
-_STARTS = 8
-"""Instants that are searched from, as `effects.contact` has them."""
-_APART = 0.2
-"""s; nearer instants of a run are one touch, as in `estimation.contact`."""
 
 
 def touching_by_residual(runs: Runs, fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -58,18 +53,12 @@ def touching_by_residual(runs: Runs, fit: Fit, hypotheses: Sequence[Hypothesis])
 
 def _likeliest_impulses(runs: Runs, fit: Fit) -> list[float]:
     """Return the instants, in the runs laid end to end, at which an impulse explains the most, the best first."""
-    space, knots = torque_space(runs, fit, shape_knots(runs)), shape_knots(runs)
-    found: list[tuple[float, float, int]] = []
-    begins = begin_of_runs(runs.grid).tolist()
-    for number, (run, moved) in enumerate(zip(runs.grid.runs, space.at_knots(), strict=True)):
+    knots, found = shape_knots(runs), list[tuple[float, float]]()
+    of_runs = zip(runs.grid.runs, torque_space(runs, fit, knots).at_knots(), begin_of_runs(runs.grid), strict=True)
+    for run, moved, begin in of_runs:
         gains, _ = squares_within(*normal([moved]))
-        instants = np.linspace(run.gyro_time[0], run.gyro_time[-1], knots) + begins[number]
-        found += zip(gains.tolist(), instants.tolist(), repeat(number), strict=False)
-    kept: list[tuple[float, int]] = []
-    for _, instant, number in sorted(found, reverse=True):
-        if len(kept) < _STARTS and all(number != run or abs(instant - other) > _APART for other, run in kept):
-            kept.append((instant, number))
-    return [instant for instant, _ in kept]
+        found += peaks(gains, np.linspace(run.gyro_time[0], run.gyro_time[-1], knots) + begin, STARTS)
+    return [instant for _, instant in sorted(found, reverse=True)[:STARTS]]
 
 
 def without_common_touch(runs: Runs, fit: Fit, screening: Screening) -> Screening:

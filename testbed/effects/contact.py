@@ -28,7 +28,7 @@ _OF_STEP = 0.5
 """The same in steps of the integration, below which its rule misses a part of the bell.
 
 Source: formula: Simpson's rule then misses 2/3 exp(-π²/2) of a bell at most, 0.5 % (Poisson's sum over whole steps)."""
-_STARTS = 8
+STARTS = 8
 """Instants that are searched from, over all runs: as many as hypotheses are refitted; each costs a linearisation."""
 
 
@@ -38,9 +38,9 @@ def _of_jumps(grid: Grid, run: int | None = None) -> list[float]:
         (score, instant + begin)
         for number, (own, begin) in enumerate(zip(grid.runs, begin_of_runs(grid), strict=True))
         if run in (None, number)
-        for score, instant in likeliest_jumps(own, _STARTS)
+        for score, instant in likeliest_jumps(own, STARTS)
     ]
-    return [instant for _, instant in sorted(found, reverse=True)[:_STARTS]]
+    return [instant for _, instant in sorted(found, reverse=True)[:STARTS]]
 
 
 class _Touch(Hooks):

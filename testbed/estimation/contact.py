@@ -219,7 +219,7 @@ def likeliest_jumps(run: Telemetry, count: int) -> list[tuple[float, float]]:
     share = np.clip(
         _explained(*by_sample) / max(float(residual @ residual), np.finfo(float).tiny), 0.0, 1.0 - np.finfo(float).eps
     )
-    return _peaks(-len(residual) * np.log1p(-share), (run.gyro_time[1:] + run.gyro_time[:-1]) / 2.0, count)
+    return peaks(-len(residual) * np.log1p(-share), (run.gyro_time[1:] + run.gyro_time[:-1]) / 2.0, count)
 
 
 def _explained(turned: Array, basis: Array, residual: Array) -> Array:
@@ -246,8 +246,14 @@ def _explained(turned: Array, basis: Array, residual: Array) -> Array:
     return np.asarray(np.sum(slope * step, axis=(-2, -1)))
 
 
-def _peaks(scores: Series, instants: Series, count: int) -> list[tuple[float, float]]:
-    """Return score and instant, best first, none near a better one."""
+def peaks(scores: Series, instants: Series, count: int) -> list[tuple[float, float]]:
+    """Return score and instant of the best in a run, best first, none near a better one.
+
+    Args:
+        scores: of each instant, shape (N,).
+        instants: shape (N,), s.
+        count: of those returned, at most.
+    """
     kept: list[tuple[float, float]] = []
     for index in np.argsort(scores)[::-1]:
         if len(kept) < count and all(abs(instants[index] - instant) > _APART for _, instant in kept):

@@ -7,6 +7,7 @@ from functools import partial
 from math import isfinite
 
 from testbed.diagnosis.findings import Addition, changed_inertia, doubt_words
+from testbed.diagnosis.missed_records import MISSED
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.model_notices import changed_since_healthy
 from testbed.diagnosis.noise import NoiseHypothesis
@@ -26,9 +27,6 @@ from testbed.report.diagnosis.misfit import (
 )
 from testbed.report.frame.blocks import Notice
 from testbed.report.wording import BAND, chance_words, decimals_for, figures_to, listed
-
-_FAR = 1.5
-"""Times the fitted runs' gap: beyond it, those held out are missed by more than noise differs between runs."""
 
 
 def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
@@ -179,7 +177,7 @@ def _fall(before: Gap, after: Gap) -> str:
 
 def _far_words(gap: Gap) -> str:
     """Say of held-out runs that are missed, though by no more than the fitted ones leave open."""
-    if not gap.heldout > _FAR * gap.fit:
+    if not gap.heldout > MISSED * gap.fit:
         return ""
     return " The fitted runs leave the inertia too uncertain to predict those held out: fly longer, or turn faster."
 
