@@ -9,6 +9,7 @@ import scipy
 
 from testbed.diagnosis.findings import quantities_of
 from testbed.diagnosis.model import Hypothesis
+from testbed.diagnosis.noise_by_record import noise_by_record
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Quantity
@@ -24,6 +25,7 @@ def model_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
         *_trim_words(diagnosis),
         *_given_words(diagnosis),
         *_known_noise_words(diagnosis),
+        *_noise_by_record_words(diagnosis),
         *_instant_words(diagnosis),
         *_inertia_words(diagnosis),
         *_unexplained_words(diagnosis),
@@ -104,6 +106,18 @@ def _known_noise_words(diagnosis: Diagnosis) -> Iterator[str]:
     for each in diagnosis.scatter:
         if diagnosis.as_in_reference(each):
             yield f"in the healthy records as well, and nothing new: {each.key}, of the gyro's noise"
+
+
+def _noise_by_record_words(diagnosis: Diagnosis) -> Iterator[str]:
+    found = noise_by_record(diagnosis)
+    if (
+        found.differs and not diagnosis.runs.known_in_part
+    ):  # there most of it is what turns the platform beside commands
+        each_record = ", ".join(f"{name} {ratio:.2f}" for name, ratio in found.ratio.items())
+        yield (
+            "the gyro is not as noisy in every record; its noise over what is stated, from the fastest changes: "
+            f"{each_record}; gyro_noise_rad_s beside a record states that of its own"
+        )
 
 
 def _instant_words(diagnosis: Diagnosis) -> Iterator[str]:

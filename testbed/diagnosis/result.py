@@ -23,6 +23,7 @@ from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.misfit import BANDWIDTH, Misfit, explained
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.noise import NoiseHypothesis
+from testbed.diagnosis.noise_by_record import noise_by_record
 from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.dynamics.inertia import PARAMETER_NAMES
@@ -98,6 +99,7 @@ def _noise(diagnosis: Diagnosis) -> Content:
     color = runs.color or NoiseColor(persistence=np.zeros(3), average=np.zeros(3))
     correlation, persistence = (np.where(turns, each, np.nan) for each in (color.correlation, color.persistence))
     return {
+        "by_record": {name: _number(each) for name, each in noise_by_record(diagnosis).ratio.items()},
         "ratio_to_stated": [_number(each) for each in level.ratio.tolist()],
         "std": [_number(each) for each in level.std.tolist()],
         "level": [_number(each) for each in ratio.tolist()],

@@ -248,6 +248,12 @@ class DiagnosisSettings:
 
     Source: chosen.
     """
+    noise_differs: float = 1.25
+    """Ratio of the largest to the smallest noise of records below which it is not worth a word that they differ: an
+    effect that is seen in one is seen at 1.25 times its size in the other.
+
+    Source: chosen.
+    """
     inertia_p_value: float = 0.01
     """p-value of a Wald test below which the inertia is reported to differ from the nominal one.
 

@@ -248,6 +248,8 @@ class Noise(Part):
     Of records that state none (`gyro_noise_rad_s`), against what the fourth differences of all their samples show.
     """
 
+    by_record: dict[str, float]
+    """Measured over stated standard deviation in every record, a pure number; without records too short to tell."""
     ratio_to_stated: ThreeOrNull
     """Measured over stated standard deviation about each body axis, a pure number; null where no run turns about it."""
     std: ThreeOrNull
