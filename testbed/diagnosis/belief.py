@@ -46,6 +46,7 @@ class Belief:
         trim_std: its scatter from record to record, shape (3,), N·m; infinite where any trim is as likely.
         effects: key, mean and standard deviation of the parameters of effects that are known to be there.
         others: what healthy records show of effects that are not in the model.
+        of_loop: whether healthy records show the controller's answer to the motion, rather than that to commands.
         records: number of the healthy records that show it; 0 where there are none.
         scatter: standard deviation of U from one healthy record to the next, beyond what noise makes of it.
         noise: effects on the gyro's noise that healthy records have: key, size and its standard error.
@@ -64,6 +65,7 @@ class Belief:
     trim_std: Vector3
     effects: tuple[tuple[str, Array, Array], ...] = ()
     others: tuple[Shown, ...] = ()
+    of_loop: bool = False
     records: int = 0
     scatter: float = 0.0
     noise: tuple[tuple[str, float, float], ...] = ()

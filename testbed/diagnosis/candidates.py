@@ -74,8 +74,12 @@ class Candidate(AtComponent):
 
     @property
     def fits(self) -> float:
-        """Improvement of the fit of all runs over the present model, without a penalty for its parameters."""
-        return self.chi_square_reduction + self.heldout_log_likelihood_gain - 2.0 * self.trials_penalty
+        """Improvement of the fit of all runs over the present model, without a penalty for its parameters.
+
+        With what healthy records differ by as well: of that, less is known than of which of two effects fits better.
+        """
+        explained = self.chi_square_reduction + self.heldout_log_likelihood_gain + self.nothing_new
+        return explained - 2.0 * self.trials_penalty
 
     @property
     def plausible(self) -> bool:

@@ -41,7 +41,7 @@ def without_changed(
         theta: nominal inertia, shape (6,), kg·m².
     """
     changed: tuple[Hypothesis, ...] = ()
-    while reference.given and not reference.of_loop:
+    while reference.given and not reference.belief.of_loop:
         worst = _most_changed(reference, replace(runs, belief=reference.belief), effects, theta)
         if worst is None:
             break

@@ -278,7 +278,7 @@ class DataSet:
 
         def known(runs: Runs, belief: Belief) -> Runs:
             runs = runs.with_sigma(reference.sigma)
-            runs = with_mean_thrust(runs) if reference.of_loop else runs
+            runs = with_mean_thrust(runs) if reference.belief.of_loop else runs
             return replace(runs, belief=belief, noise_freedom=reference.noise_freedom)
 
         return replace(

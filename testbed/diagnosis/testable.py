@@ -70,7 +70,7 @@ def hypotheses(
     present, environments = channels_of(runs), {"", environment_kind(runs.grid)}
     testable, not_testable = [], []
     longest = float(np.ptp(runs.grid.time, axis=1).max())
-    in_loop = runs.known_in_part and runs.belief is not None and bool(runs.belief.others)
+    in_loop = runs.known_in_part and runs.belief is not None and runs.belief.of_loop
     for effect in effects.values():
         if effect.id == "inertia" and (runs.belief is not None or runs.grid.runs[0].surroundings is not None):
             continue  # as an effect it would be one of no body, and in orbit one that gravity does not act on

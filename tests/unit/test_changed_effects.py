@@ -148,6 +148,6 @@ def test_an_inertia_that_is_not_that_of_the_healthy_records_is_said(grown, said)
 
 def test_where_records_show_a_controllers_answer_no_effect_has_changed():
     """Healthy flights of data/crazypad had another gain of the actuators than those fitted, with P = 1.000."""
-    of_loop = replace(healthy(), of_loop=True)
+    of_loop = replace(healthy(), belief=replace(healthy().belief, of_loop=True))
     data = data_of(SUSPECT_SEEDS, wheel_torque_scale=0.04)
     assert without_changed(of_loop, data.runs, LIBRARY, theta()) == (of_loop, ())
