@@ -38,10 +38,11 @@ class Runs:
         inner: measured motor torques, responses to commands and impulses of one wheel after the other, blocks in the
             order in which they are predicted.
         inner_noise: of each block.
-        noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
+        noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated and not estimated.
         belief: what is known of the parameters a priori; None where the runs alone decide them.
         torque_noise: noise of the samples and of a torque that nobody commanded, as `estimation.torque_noise` has it,
             by which windows are whitened instead of by sigma, shape (3, 3); None where it is not estimated.
+        noise_stated: whether records state the gyro's noise; where they do not it comes from their samples.
         noise_uncertainty: share by which the stated standard deviation may be wrong, one standard deviation.
         color: of the gyro's noise; None where it is white.
         stated_sigma: sigma before the noise was estimated, shape (R, 3), rad/s; None where it was not.
@@ -60,6 +61,7 @@ class Runs:
     estimated_noise: tuple[Array, ...] = ()
     belief: Belief | None = None
     torque_noise: Array | None = None
+    noise_stated: bool = True
     noise_uncertainty: float = SETTINGS.noise_uncertainty
     color: NoiseColor | None = None
     stated_sigma: Array | None = None

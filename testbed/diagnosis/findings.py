@@ -232,7 +232,7 @@ def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
     ratio = float(np.sqrt(np.nanmean(diagnosis.noise.ratio**2)))
     taken = (
         "the gyro's noise is stated too large"
-        if np.isinf(diagnosis.runs.noise_freedom)
+        if diagnosis.runs.noise_stated
         else "the gyro's noise, which no record states, was taken from its fastest changes, and what the effects "
         "explain is among these"
     )

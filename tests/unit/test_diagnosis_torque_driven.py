@@ -11,7 +11,7 @@ from testbed.arrays import Array
 from testbed.assembly.platform import nominal_body
 from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis import reading, screening
-from testbed.diagnosis.findings import additions, inertia_change
+from testbed.diagnosis.findings import additions, inertia_change, noise_notices
 from testbed.diagnosis.fitting import fitted, starts_of
 from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.held_torques import HELD
@@ -470,6 +470,14 @@ def test_whole_runs_in_another_unit_are_refused(factors, says):
 def test_a_weak_motor_and_a_slow_one_are_in_the_right_unit():
     for record in (flown(3, share=(1.0, 0.5, 1.0, 1.0)), flown(4, lag=0.05)):
         data_set_of([in_units(record)], WHOLE, NOMINAL)
+
+
+def test_noise_that_records_state_too_large_is_said_to_be_stated():
+    """It was "which no record states": the noise is estimated in any case, and so looked as if it were not stated."""
+    records = [flown(seed) for seed in (1, 2, 3)]
+    records = [replace(each, details=replace(each.details, gyro_noise=2.0 * SIGMA)) for each in records]
+    (notice,) = noise_notices(last_of(data_set_of(records, WHOLE, NOMINAL)))
+    assert notice.startswith("the gyro's noise is stated too large: the samples show 0.6")
 
 
 def test_numbers_that_leave_the_finite_ones_are_no_green_verdict(monkeypatch):

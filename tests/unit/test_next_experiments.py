@@ -64,9 +64,9 @@ def test_where_the_inertia_changed_beside_a_reference_that_is_said_as_well():
     assert "gyro_scale (x, y, z)" in "".join(same_inertia_words(last))
 
 
-@pytest.mark.parametrize(("freedom", "words"), [(np.inf, "is stated too large"), (800.0, "which no record states")])
-def test_noise_that_is_taken_for_too_large_is_called_stated_where_it_is(freedom, words):
+@pytest.mark.parametrize(("stated", "words"), [(True, "is stated too large"), (False, "which no record states")])
+def test_noise_that_is_taken_for_too_large_is_called_stated_where_it_is(stated, words):
     noise = SimpleNamespace(overstated=True, ratio=np.array([0.64, 0.64, np.nan]))
-    (notice,) = noise_notices(SimpleNamespace(noise=noise, runs=SimpleNamespace(noise_freedom=freedom)))
+    (notice,) = noise_notices(SimpleNamespace(noise=noise, runs=SimpleNamespace(noise_stated=stated)))
     assert words in notice
     assert "0.64 times" in notice
