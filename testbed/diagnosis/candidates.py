@@ -76,7 +76,7 @@ class Candidate(AtComponent):
     def fits(self) -> float:
         """Improvement of the fit of all runs over the present model, without a penalty for its parameters.
 
-        With what healthy records differ by as well: of that, less is known than of which of two effects fits better.
+        What healthy records differ by as well counts: which of two effects fits better does not depend on it.
         """
         explained = self.chi_square_reduction + self.heldout_log_likelihood_gain + self.nothing_new
         return explained - 2.0 * self.trials_penalty

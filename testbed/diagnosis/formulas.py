@@ -40,11 +40,12 @@ indistinguishable. A sine between two of the frequencies that are tried loses 5 
 def may_follow_formulas(state: Diagnosis) -> bool:
     """Return whether formulas may explain what the effects in the model leave, or what they explain.
 
-    Not over windows of torque that is known in part, where the residual is the loop's, nor beside healthy records.
+    Not over windows of torque that is known in part, where the residual is the loop's, nor beside healthy records that
+    show the loop.
     """
     belief = state.runs.belief
     asked = state.left_over or bool(state.steps)
-    return asked and not state.runs.known_in_part and (belief is None or not belief.others)
+    return asked and not state.runs.known_in_part and (belief is None or not belief.of_loop)
 
 
 def with_formulas(

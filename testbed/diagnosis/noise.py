@@ -124,8 +124,12 @@ def with_pooled_noise(runs: Runs, level: tuple[float, float]) -> Runs:
         level: as `pooled_noise`.
     """
     noise, freedom = level
-    runs = replace(runs.with_sigma(np.full(3, noise)), noise_stated=False, noise_freedom=freedom)
-    return replace(runs, noise_uncertainty=SETTINGS.unstated_noise_uncertainty)
+    return replace(
+        runs.with_sigma(np.full(3, noise)),
+        noise_stated=False,
+        noise_freedom=freedom,
+        noise_uncertainty=SETTINGS.unstated_noise_uncertainty,
+    )
 
 
 _PLAIN = 1e4

@@ -87,16 +87,10 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         effects=tuple(effects),
         noise=tuple((each.key, *each.size) for each in diagnosis.scatter),
         common=_common_covariance(model, prior),
-    )
-    shown = tuple(_shown_of_others(diagnosis, belief, of_loop)) if runs.known_in_part else ()
-    belief = replace(
-        belief,
-        others=shown,
         of_loop=of_loop,
-        records=len(seen),
-        scatter=scatter,
-        torque_noise=diagnosis.runs.torque_noise,
     )
+    shown = tuple(_shown_of_others(diagnosis, belief)) if runs.known_in_part else ()
+    belief = replace(belief, others=shown, records=len(seen), scatter=scatter, torque_noise=diagnosis.runs.torque_noise)
     return Reference(
         belief=belief,
         given=given,
@@ -124,7 +118,7 @@ def _is_seen(model: Fit, placed: Hypothesis) -> bool:
     return float(np.sum(model.signature_of(placed) ** 2)) > UNDETERMINED * float(np.sum(alone**2))
 
 
-def _shown_of_others(diagnosis: Diagnosis, belief: Belief, of_loop: bool) -> Iterator[Shown]:
+def _shown_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[Shown]:
     """Yield what healthy records show of effects that are not in the model, and by how much they differ beyond noise.
 
     What a feedback, a pilot or draughts make of healthy flights looks like one effect in this record and like another
@@ -135,7 +129,6 @@ def _shown_of_others(diagnosis: Diagnosis, belief: Belief, of_loop: bool) -> Ite
     Args:
         diagnosis: of the healthy records.
         belief: what is known of their trims, beside which such effects are seen.
-        of_loop: whether records show the controller's answer, of which only what acts steadily is distinguished.
     """
     screening = first_screening(diagnosis)
     if screening is None:
@@ -143,7 +136,9 @@ def _shown_of_others(diagnosis: Diagnosis, belief: Belief, of_loop: bool) -> Ite
     runs = replace(diagnosis.runs, belief=belief)
     fit = evaluated(runs, diagnosis.model.placed, diagnosis.model.values)
     others = [
-        each.placed for each in screening.signatures if not of_loop or acts_steadily(each.placed.effect, runs.grid)
+        each.placed
+        for each in screening.signatures
+        if not belief.of_loop or acts_steadily(each.placed.effect, runs.grid)
     ]
     best: dict[str, Signature] = {}
     for signature in signatures(runs, fit, without(others, fit.placed)):

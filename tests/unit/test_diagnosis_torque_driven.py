@@ -523,8 +523,8 @@ class TestWindowsOfMotorsThatDoAsTheyAreAsked:
     def test_a_lag_that_differs_from_flight_to_flight_in_healthy_ones_too_is_no_effect_of_suspect_ones(self):
         """Without what healthy flights show of other effects, one motor's lag was named."""
         slow = [flown(seed, lag=lag, length=3.0) for seed, lag in LAGS.items()]
-        library = ("gyro_latency", "telemetry_skew", "gyro_clock_drift", "gyro_misalignment", "actuator_misaligned")
-        library = (*FEW, "actuator_lag", *library)
+        of_gyro = ("gyro_latency", "gyro_clock_drift", "gyro_misalignment")
+        library = (*FEW, "actuator_lag", "actuator_misaligned", "telemetry_skew", *of_gyro)
         reference = reference_of(last_of(data_set_of(slow[:5], SCENARIO, NOMINAL), library))
         assert "actuator_lag:1" in [each.key for each in reference.belief.others]
         assert last_of(data_set_of(slow[5:], SCENARIO, NOMINAL).against(reference), library).steps == ()
