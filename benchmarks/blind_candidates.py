@@ -12,7 +12,7 @@ from typing import Any
 from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
-from testbed.diagnosis.noise import readings_of
+from testbed.diagnosis.noise_level import readings_of
 from testbed.effects.contract import components_in
 from testbed.effects.noise_effect import NoiseEffect
 from testbed.prediction.grid import unit_count, wheel_count

@@ -72,10 +72,11 @@ class Kind:
     right: frozenset[str] = frozenset()
 
 
-def _walk() -> HiddenEffect:
+def _walk(share: float) -> HiddenEffect:
+    """Return a bias that walks by a share of the noise in a second."""
     noise = 0.001658
     still = {f"drift_{axis}": 0.0 for axis in "xyz"}
-    return HiddenEffect(effect="gyro_drift", component="gyro", parameters={**still, "random_walk": _WALK * noise})
+    return HiddenEffect(effect="gyro_drift", component="gyro", parameters={**still, "random_walk": share * noise})
 
 
 def _correlated(correlation: float) -> Kind:
@@ -125,7 +126,14 @@ KINDS: dict[str, Kind] = {
         words="encoders late by half a sample", instruments=Instruments(encoder_delay=0.5), units=True, right=_LATE
     ),
     "bias_walk": Kind(
-        words="bias walks", effects=(_walk(),), right=frozenset({"gyro_drift", "gyro_bias", "gyro_noise_color"})
+        words="bias walks",
+        effects=(_walk(_WALK),),
+        right=frozenset({"gyro_rate_random_walk", "gyro_drift", "gyro_bias", "gyro_noise_color"}),
+    ),
+    "bias_walk_fast": Kind(
+        words="bias walks by a third of its noise in a second",
+        effects=(_walk(1.0 / 3.0),),
+        right=frozenset({"gyro_rate_random_walk"}),
     ),
     "clock_skew": Kind(
         words="clocks apart by 1 ms at the end",

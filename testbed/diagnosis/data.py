@@ -45,6 +45,7 @@ class Runs:
         noise_stated: whether records state the gyro's noise; where they do not it comes from their samples.
         noise_uncertainty: share by which the stated standard deviation may be wrong, one standard deviation.
         color: of the gyro's noise; None where it is white.
+        slow_bias: how the gyro's bias was found to wander; None where it is as each run's telemetry states.
         stated_sigma: sigma before the noise was estimated, shape (R, 3), rad/s; None where it was not.
         prior_odds: of none and of what is not modelled.
         trim_group: for each run, with which others it has its trim in common; empty where every record has its own.
@@ -64,6 +65,7 @@ class Runs:
     noise_stated: bool = True
     noise_uncertainty: float = SETTINGS.noise_uncertainty
     color: NoiseColor | None = None
+    slow_bias: SlowBias | None = None
     stated_sigma: Array | None = None
     prior_odds: PriorOdds = field(default_factory=PriorOdds)
     trim_group: tuple[str, ...] = ()
@@ -207,7 +209,8 @@ class Runs:
     def as_stated(self) -> Runs:
         """Return the same runs with the noise that is stated."""
         sigma = self.sigma if self.stated_sigma is None else self.stated_sigma
-        return replace(self, sigma=sigma, stated_sigma=None, color=None, estimated_noise=(), torque_noise=None)
+        own = replace(self, sigma=sigma, stated_sigma=None, color=None, slow_bias=None, torque_noise=None)
+        return replace(own, estimated_noise=())
 
     def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
         """Return the gimbal channels' part of a whitened residual in each run, one channel after the other.
@@ -257,8 +260,16 @@ class Runs:
         return white if bias is None else bias.wandering(white, *self._timed(run))
 
     def _slow_bias(self, block: int) -> SlowBias | None:
-        """Return how a block's bias wanders; None where that is not stated, or over windows, which are short."""
-        return self.grid.runs[block].slow_bias if block < len(self.names) and not self.windowed else None
+        """Return how a block's bias wanders; None where nothing says so, or over windows, which are short."""
+        if block >= len(self.names) or self.windowed:
+            return None
+        return self.slow_bias or self.grid.runs[block].slow_bias
+
+    def log_scale(self, run: int) -> Vector3:
+        """Return the logarithm of what the density of a run's samples is multiplied by as against white ones."""
+        bias, color = self._slow_bias(run), self.color
+        colored = np.zeros(3) if color is None else color.log_scale(self.grid.runs[run].gyro_time)
+        return colored if bias is None else colored - bias.log_deviation(*self._timed(run))
 
     def _timed(self, run: int) -> tuple[Series, Vector3]:
         """Return a run's times and σ as it is stated: what a bias foretells is the same for all models."""
@@ -342,6 +353,7 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         noise_freedom=runs.noise_freedom,
         estimated_noise=[noise for each in both for noise in each.estimated_noise],
         color=runs.color,
+        slow_bias=runs.slow_bias,
         windowed=[name for each in both for name in each.windowed],
         belief=runs.belief,
         torque_noise=runs.torque_noise,
@@ -365,6 +377,7 @@ def chosen(runs: Runs, which: Sequence[int], telemetry: Sequence[Telemetry] | No
         noise_freedom=runs.noise_freedom,
         estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise and not telemetry],
         color=runs.color,
+        slow_bias=runs.slow_bias,
         windowed=[runs.windowed[index] for index in which if runs.windowed],
         belief=runs.belief,
         torque_noise=runs.torque_noise,
@@ -379,6 +392,7 @@ def _gyro_only(
     noise_freedom: float,
     estimated_noise: Sequence[Array],
     color: NoiseColor | None,
+    slow_bias: SlowBias | None,
     windowed: Sequence[str],
     belief: Belief | None,
     torque_noise: Array | None,
@@ -396,6 +410,7 @@ def _gyro_only(
         noise_freedom=noise_freedom,
         estimated_noise=tuple(estimated_noise),
         color=color,
+        slow_bias=slow_bias,
         windowed=tuple(windowed),
         belief=belief,
         torque_noise=torque_noise,

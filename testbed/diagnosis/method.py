@@ -14,13 +14,15 @@ from types import MappingProxyType
 import numpy as np
 
 from testbed.arrays import Theta
+from testbed.diagnosis.bias_walk import with_bias_walk
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates, in_torque_noise, refit, starts_of
 from testbed.diagnosis.formulas import may_follow_formulas, with_formulas
 from testbed.diagnosis.latent import goodness, latent_torque, on_all_runs
 from testbed.diagnosis.model import Hypothesis
-from testbed.diagnosis.noise import Residuals, deviance, noise_level, noise_tests, readings_of, with_noise_model
+from testbed.diagnosis.noise import Residuals, noise_tests, with_noise_model
+from testbed.diagnosis.noise_level import deviance, noise_level, readings_of
 from testbed.diagnosis.own_effects import require_kept
 from testbed.diagnosis.own_sizes import as_healthy_records_differ, saying_what_differs, with_own_sizes
 from testbed.diagnosis.search import (
@@ -141,13 +143,16 @@ class _Task:
                     state = search.classed_anew(state)
                 yield state
             self.progress("residual")
-            state = as_healthy_records_differ(check_residual(state, noise, search))
+            state = with_bias_walk(check_residual(state, noise, search), search, noise.explained, _residual_tested)
+            state = as_healthy_records_differ(state)
         except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
             yield replace(_ended_early(state, error), ended_early=True, complete=True)
             return
         try:
             if not self.alone and may_follow_formulas(state):
-                state = with_formulas(state, search, noise.explained, _residual_tested)
+                named = with_formulas(state, search, noise.explained, _residual_tested)
+                if named is not state:
+                    state = with_bias_walk(named, search, noise.explained, _residual_tested)
             state = saying_what_differs(state)
         except (InputError, np.linalg.LinAlgError) as error:  # the model without a formula has been tested
             state = _ended_early(state, error)
@@ -253,7 +258,8 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
         return state
     noisier = _tested_in_noise_of_all(state, noise, search)
     if noisier.structure_left:
-        return state if state.structure_left else noisier
+        # What all of the residual says of the noise is reported with it, though none of it explains the structure.
+        return replace(state, noise_candidates=noisier.noise_candidates) if state.structure_left else noisier
     if state.structure_left and not _noise_is_more_probable(noisier, state):
         return state
     standing = search.standing(noisier)
@@ -320,7 +326,8 @@ def _deviance(state: Diagnosis) -> float:
     fitted_runs = deviance(state.runs, state.model)
     if state.heldout is None:
         return fitted_runs
-    return fitted_runs + deviance(state.heldout, fitted_initial_rates(state.heldout, state.model))
+    seen = fitted_initial_rates(state.heldout, state.model)
+    return fitted_runs + deviance(state.heldout, seen, first=6 + len(seen.effect_values))
 
 
 def _unmodelled(state: Diagnosis, screening: Screening) -> float:

@@ -46,7 +46,7 @@ def orthonormal(matrix: Array) -> Array:
     return np.asarray(left[:, strength > NEGLIGIBLE])
 
 
-_DEPENDENT = 1e-12
+DEPENDENT = 1e-12
 """Of the largest eigenvalue of a normal matrix with ones on its diagonal, below which an eigenvector is no direction
 of its own: a thousand times the rounding of its entries, and of columns whose difference is 1e-6 of them."""
 
@@ -81,7 +81,7 @@ def _directions(information: Array, slope: Array) -> tuple[Array, Array, Flags, 
     scale = np.sqrt(np.maximum(np.diagonal(information, axis1=-2, axis2=-1), np.finfo(float).tiny))
     strength, axes = np.linalg.eigh(information / (scale[..., :, None] * scale[..., None, :]))
     along = (np.swapaxes(axes, -1, -2) @ (slope / scale)[..., None])[..., 0]
-    own = strength > _DEPENDENT * strength[..., -1:]
+    own = strength > DEPENDENT * strength[..., -1:]
     return strength, along, own, axes * scale[..., :, None]
 
 

@@ -169,6 +169,21 @@ def _unexplained_words(diagnosis: Diagnosis) -> Iterator[str]:
             "the intervals of the inertia hold of a model that lacks nothing: what is unexplained may move it by many "
             "times as much"
         )
+        yield from _walking_words(diagnosis)
+
+
+def _walking_words(diagnosis: Diagnosis) -> Iterator[str]:
+    """Say that a gyro's bias that walks would leave nothing, too, though it is no clear name among all hypotheses."""
+    walks = [each for each in diagnosis.noise_candidates if each.finding.slow_bias is not None]
+    as_torque = 0.0 if diagnosis.latent is None else diagnosis.latent.likelihood_ratio
+    for each in walks:
+        if each.finding.p_value < SETTINGS.unexplained_p_value and each.chi_square_reduction > as_torque:
+            size, error = each.size
+            yield (
+                "a gyro's bias that walks at random explains the residual at least as well as a torque that changes "
+                f"slowly: by {size:.2g} ± {error:.1g} rad/s/√s (p = {each.finding.p_value:.1g}); "
+                "gyro.rate_random_walk_rad_s_per_sqrt_s states it, where the gyro is known to have such a walk"
+            )
 
 
 def _set_aside_words(diagnosis: Diagnosis) -> Iterator[str]:

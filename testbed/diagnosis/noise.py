@@ -1,139 +1,31 @@
-"""How the gyro's samples scatter: the level of the noise, samples that stand apart, and the effects on it.
-
-A transmission error or a spike of the sensor is one sample that stands away from both of its neighbours by far more
-than the noise; what the platform does, or an effect of the library, lasts for longer than a sample or shows everywhere.
-Such samples are left out before they pass for noise.
-"""
+"""How the gyro's samples scatter: the hypotheses on its noise, tested on what a model leaves of the samples."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isinf, log
+from math import log
 
 import numpy as np
-import scipy
 
-from testbed.arrays import Array, Theta, Vector3
+from testbed.arrays import Array, Vector3
 from testbed.diagnosis.candidates import favoured_over_none, normalized
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.fitting import fitted, nominal_fit
 from testbed.diagnosis.model import Fit
+from testbed.diagnosis.noise_level import NoiseLevel, noise_level, readings_of
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.size_prior import evidence_of_power
 from testbed.diagnosis.testable import components_on
-from testbed.dynamics.inertia import inertia_of
-from testbed.effects.fast_changes import variance_ratio
 from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.estimation.noise_spectrum import NoiseSpectrum, SpectrumPrior, noise_spectrum
 
-
-@dataclass(frozen=True, kw_only=True)
-class NoiseLevel:
-    """How the gyro's noise compares with what is stated.
-
-    Attributes:
-        ratio: measured over stated standard deviation, shape (3,), per axis; NaN where no run turns about it, or too
-            few samples tell.
-        std: of the ratio, shape (3,).
-        p_value: of the stated noise on all axes, two-sided.
-    """
-
-    ratio: Vector3
-    std: Vector3
-    p_value: float
-
-    @property
-    def understated(self) -> bool:
-        """Whether there is more noise than stated, by more than chance."""
-        return self.p_value < SETTINGS.noise_level_p_value and bool(np.nanmean(self.ratio) > 1.0)
-
-    @property
-    def overstated(self) -> bool:
-        """Whether there is less, by so much that effects have to be larger to be found."""
-        return self.p_value < SETTINGS.noise_level_p_value and bool(np.nanmean(self.ratio) < SETTINGS.overstated_noise)
-
-
-def noise_level(readings: Readings) -> NoiseLevel:
-    """Compare the residual's fourth differences with those of white noise of the stated standard deviation."""
-    ratios = [variance_ratio(readings, axis) for axis in np.eye(3, dtype=bool)]
-    known = np.array([freedom for _, freedom in ratios]) > 0.0
-    if not known.any():
-        return NoiseLevel(ratio=np.full(3, np.nan), std=np.full(3, np.nan), p_value=1.0)
-    ratio = np.where(known, np.sqrt([variance for variance, _ in ratios]), np.nan)
-    freedom = np.where(known, [freedom for _, freedom in ratios], np.nan)
-    pairs = zip((freedom * ratio**2)[known], freedom[known], strict=True)
-    tails = np.array(
-        [2.0 * min(scipy.stats.chi2.cdf(value, own), scipy.stats.chi2.sf(value, own)) for value, own in pairs]
-    )
-    return NoiseLevel(
-        ratio=ratio, std=ratio / np.sqrt(2.0 * freedom), p_value=float(min(1.0, len(tails) * tails.min()))
-    )
-
-
-def readings_of(runs: Runs, fit: Fit) -> Readings:
-    """Return what the gyro gave against what a model predicts."""
-    return Readings(
-        measured=[run.body_rate for run in runs.grid.runs],
-        residual=runs.gyro_residual(fit.residual),
-        sigma=runs.sigma,
-        runs=runs.grid.runs,
-        inertia=inertia_of(fit.theta),
-        parameters=int((np.diag(fit.normal) > 0.0).sum()),
-        stated=isinf(runs.noise_freedom),
-        live=runs.live,
-    )
-
-
-def deviance(runs: Runs, fit: Fit) -> float:
-    """Return minus twice the logarithm of the density of the gyro's samples, up to a constant.
-
-    Args:
-        runs: with their noise.
-        fit: of any model to them.
-    """
-    total = 0.0
-    for white, sigma, live, run in zip(runs.by_run(fit.residual), runs.sigma, runs.live, runs.grid.runs, strict=True):
-        color = np.zeros(3) if runs.color is None else runs.color.log_scale(run.gyro_time)
-        total += float((white[:, live] ** 2).sum() + 2.0 * (len(white) * np.log(sigma) - color)[live].sum())
-    return total
-
-
-def pooled_noise(runs: Runs, theta: Theta) -> tuple[float, float] | None:
-    """Return the noise estimated from the samples of all runs together, rad/s, and its degrees of freedom.
-
-    None where they are too few.
-
-    Args:
-        runs: all of them.
-        theta: to start their fit from, shape (6,), kg·m².
-    """
-    # All runs get the same weight: noise levels estimated run by run must not decide this fit.
-    runs = runs.with_sigma(np.sqrt(np.mean(runs.sigma**2, axis=0)))
-    # The fastest changes, from which it is estimated, show no inertia that windows of half-known torque could tell of.
-    model = nominal_fit(runs, theta) if runs.known_in_part else fitted(runs, [], theta, [])
-    ratio, freedom = variance_ratio(readings_of(runs, model), np.ones(3, dtype=bool))
-    return (float(np.sqrt(ratio * np.mean(runs.sigma**2))), freedom) if freedom > 0.0 else None
-
-
-def with_pooled_noise(runs: Runs, level: tuple[float, float]) -> Runs:
-    """Return runs with the noise estimated from the samples; it includes that of the actuators' telemetry.
-
-    Args:
-        runs: any of them.
-        level: as `pooled_noise`.
-    """
-    noise, freedom = level
-    return replace(
-        runs.with_sigma(np.full(3, noise)),
-        noise_stated=False,
-        noise_freedom=freedom,
-        noise_uncertainty=SETTINGS.unstated_noise_uncertainty,
-    )
-
-
 _PLAIN = 1e4
 """Standard errors of a typical size at most: an exact estimate, such as that of a step, has no error."""
+
+
+_ROUNDS, _SETTLED = 10, 0.1
+"""Rounds at most in which a walk and the noise beside it are estimated in turn, and by how much of its standard error
+it may still change: walks of a tenth of the noise and more in a second settle in two to five."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -234,8 +126,14 @@ class Residuals:
     def readings(self) -> list[Readings]:
         """What the gyro gave against the model, the fitted runs first."""
         pairs = ((self.runs, self.fit), (self.heldout, self.seen))
-        both = [readings_of(runs, fit) for runs, fit in pairs if runs is not None and fit is not None]
-        return [replace(each, white=self.white) for each in both]
+        both = [(runs, fit) for runs, fit in pairs if runs is not None and fit is not None]
+        return [replace(readings_of(*each), white=self.white, absorbed=self._absorbed(*each)) for each in both]
+
+    def _absorbed(self, runs: Runs, fit: Fit) -> list[Array]:
+        """Return what the parameters can make of each run's samples, where these may be noise alone; not of windows."""
+        if not self.white or runs.windowed:
+            return []
+        return [part * sigma[:, None] for part, sigma in zip(runs.by_run(fit.jacobian), runs.sigma, strict=True)]
 
 
 def noise_tests(residuals: Residuals, effects: Mapping[str, NoiseEffect], others: int) -> NoiseTests:
@@ -253,7 +151,7 @@ def noise_tests(residuals: Residuals, effects: Mapping[str, NoiseEffect], others
     level = noise_level(readings)
     candidates = first = _tested(readings, hypotheses, tested, heldout)
     while (best := _named(candidates, runs.prior_odds.none)) is not None:
-        found.append(best)
+        found.append(_settled(residuals, [*found, best]))
         hypotheses = [each for each in hypotheses if _key(*each) != best.key]
         readings, heldout = _against(residuals, found)  # it leaves noise of another level and colour
         candidates = _tested(readings, hypotheses, tested, heldout)
@@ -261,18 +159,46 @@ def noise_tests(residuals: Residuals, effects: Mapping[str, NoiseEffect], others
 
 
 def _named(candidates: Sequence[NoiseHypothesis], none: float) -> NoiseHypothesis | None:
-    """Return the hypothesis with the most evidence of those that are there, if its class is favoured over none."""
-    best = next((_with_look_alikes(each, candidates, none) for each in candidates if each.present), None)
+    """Return the hypothesis with the most evidence of those that are there, if its class is favoured over none.
+
+    A bias that walks comes first: it changes level and colour of the noise, and these make no walk.
+    """
+    order = sorted(candidates, key=lambda each: each.finding.slow_bias is None)
+    best = next((_with_look_alikes(each, candidates, none) for each in order if each.present), None)
     if best is None or not favoured_over_none((each.odds for each in (best, *best.look_alikes)), none):
         return None
     return best
 
 
+def _settled(residuals: Residuals, found: Sequence[NoiseHypothesis]) -> NoiseHypothesis:
+    """Return the newest effect; where it is a bias that walks, by as much as it does in the noise that it leaves.
+
+    Until it is taken off, part of it counts as a level and a colour of the noise.
+    """
+    *before, newest = found
+    for _ in range(_ROUNDS):
+        if newest.finding.slow_bias is None:
+            break
+        readings, _ = _against(residuals, [*before, newest])
+        finding = newest.effect.found(newest.component, replace(readings, slow_bias=None))
+        if finding is None:
+            break
+        (walked, _), newest = newest.size, replace(newest, finding=finding)
+        if abs(newest.size[0] - walked) < _SETTLED * newest.size[1]:
+            break
+    return newest
+
+
 def _against(residuals: Residuals, found: Sequence[NoiseHypothesis]) -> tuple[Readings, Readings | None]:
     """Return the readings of fitted and of held-out runs with effects on the noise, in the noise that these leave."""
     both = [_applied(each, found)[0] for each in residuals.readings]
-    spectrum = _spectrum(both, residuals.runs.noise_uncertainty)
-    fitted_runs, *heldout = [replace(each, spectrum=spectrum) for each in both]
+    spectrum, first = _spectrum(both, residuals.runs.noise_uncertainty), len(both[0].runs)
+    if spectrum is None:
+        return both[0], both[1] if len(both) > 1 else None
+    own = (spectrum.variance_ratio[:first], spectrum.variance_ratio[first:])
+    fitted_runs, *heldout = [
+        replace(each, spectrum=replace(spectrum, variance_ratio=ratio)) for each, ratio in zip(both, own, strict=False)
+    ]
     return fitted_runs, heldout[0] if heldout else None
 
 
@@ -295,6 +221,7 @@ def with_noise_model(residuals: Residuals, found: Sequence[NoiseHypothesis]) -> 
     for each, (readings, lines) in zip(runs, both, strict=True):
         wider = each.with_sigma(readings.sigma)
         wider = replace(wider, noise_freedom=freedom, estimated_noise=lines, stated_sigma=each.sigma)
+        wider = replace(wider, slow_bias=readings.slow_bias)
         changed.append(wider if spectrum is None else _with_spectrum(wider, spectrum, first))
         first += len(each.names)
     return changed[0], changed[1] if len(changed) > 1 else None
@@ -306,7 +233,24 @@ def _applied(readings: Readings, found: Sequence[NoiseHypothesis]) -> tuple[Read
     left = readings.residual
     if lines:
         left = [residual - noise for residual, noise in zip(readings.residual, lines, strict=True)]
-    return replace(readings, residual=left, sigma=_widened(readings.sigma, found)), lines
+    readings = replace(readings, residual=left, sigma=_widened(readings.sigma, found))
+    walking = next((each.finding.slow_bias for each in found if each.finding.slow_bias is not None), None)
+    return readings if walking is None else _refitted(replace(readings, slow_bias=walking)), lines
+
+
+def _refitted(readings: Readings) -> Readings:
+    """Return readings against the model as it fits in their noise, linearised: beside a walk it had followed this."""
+    white = [
+        (readings.whitened(absorbed, run)[:, live], readings.whitened(residual, run)[:, live])
+        for run, (absorbed, residual, live) in enumerate(
+            zip(readings.absorbed, readings.residual, readings.live, strict=True)
+        )
+    ]
+    columns = np.concatenate([absorbed.reshape(-1, absorbed.shape[-1]) for absorbed, _ in white])
+    scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+    change, *_ = np.linalg.lstsq(columns / scale, np.concatenate([left.ravel() for _, left in white]), rcond=None)
+    pairs = zip(readings.absorbed, readings.residual, strict=True)
+    return replace(readings, residual=[residual - absorbed @ (change / scale) for absorbed, residual in pairs])
 
 
 def _with_spectrum(runs: Runs, spectrum: NoiseSpectrum, first: int) -> Runs:

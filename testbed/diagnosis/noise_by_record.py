@@ -15,7 +15,7 @@ from testbed.arrays import Indices
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.model import Fit
-from testbed.diagnosis.noise import readings_of
+from testbed.diagnosis.noise_level import readings_of
 from testbed.diagnosis.p_values import p_value
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis

@@ -22,7 +22,7 @@ from testbed.diagnosis.held_motors import along_chords
 from testbed.diagnosis.held_torques import HELD, are_held, may_be_held
 from testbed.diagnosis.measurement_notices import notices_of
 from testbed.diagnosis.model import Fit, Hypothesis
-from testbed.diagnosis.noise import pooled_noise, with_pooled_noise
+from testbed.diagnosis.noise_level import pooled_noise, with_pooled_noise
 from testbed.diagnosis.reference import Reference
 from testbed.diagnosis.roles import by_role
 from testbed.diagnosis.run_starts import with_history

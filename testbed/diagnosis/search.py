@@ -295,7 +295,7 @@ def _has_equal_noise(one: Runs, other: Runs) -> bool:
         return False
     if len(one.estimated_noise) != len(other.estimated_noise):
         return False
-    if one.torque_noise is not other.torque_noise:
+    if one.torque_noise is not other.torque_noise or one.slow_bias != other.slow_bias:
         return False
     both = list(zip(one.grid.runs, other.grid.runs, strict=True))
     errors = all(

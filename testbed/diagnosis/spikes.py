@@ -9,7 +9,7 @@ import numpy as np
 from testbed.arrays import Flags
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
-from testbed.diagnosis.noise import readings_of
+from testbed.diagnosis.noise_level import readings_of
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.estimation.outliers import AT_ENDS, outliers

@@ -15,7 +15,8 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import LatentTorque
 from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
-from testbed.diagnosis.noise import NoiseHypothesis, NoiseLevel
+from testbed.diagnosis.noise import NoiseHypothesis
+from testbed.diagnosis.noise_level import NoiseLevel
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.testable import Untestable
 from testbed.diagnosis.torque_shapes import TorqueShape, most_probable

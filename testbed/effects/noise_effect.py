@@ -12,6 +12,7 @@ import numpy as np
 from testbed.arrays import Array, Flags, Matrix3, Vector3
 from testbed.effects.contract import NamedEffect
 from testbed.estimation.noise_spectrum import NoiseSpectrum
+from testbed.estimation.slow_bias import SlowBias
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -30,6 +31,9 @@ class Readings:
         stated: whether the standard deviation is stated; else it is an estimate, beyond which there is no noise.
         white: whether the residual is known to be noise alone; else only its fastest changes estimate the noise.
         live: about which axes each run turns, shape (R, 3); about the others the gyro is compared with nothing.
+        absorbed: what the model's P parameters can make of the samples of each run, shape (N, 3, P), rad/s; none where
+            nobody looks beside them for what is slow.
+        slow_bias: how the bias was found to wander; None where it is as the telemetry states.
     """
 
     measured: Sequence[Array]
@@ -42,6 +46,8 @@ class Readings:
     stated: bool = True
     white: bool = False
     live: Flags = field(default_factory=lambda: np.ones((1, 3), dtype=bool))
+    absorbed: Sequence[Array] = ()
+    slow_bias: SlowBias | None = None
 
     def whitened(self, values: Array, run: int) -> Array:
         """Return what stands in one run's samples over σ, as if the noise had no colour and the bias stood still.
@@ -52,8 +58,9 @@ class Readings:
         """
         scaled: Array = values / self.sigma[run].reshape(3, *[1] * (values.ndim - 2))
         telemetry = self.runs[run]
-        if telemetry.slow_bias is not None:
-            scaled = telemetry.slow_bias.whitened(scaled, telemetry.gyro_time, self.sigma[run])
+        bias = self.slow_bias or telemetry.slow_bias
+        if bias is not None:
+            scaled = bias.whitened(scaled, telemetry.gyro_time, self.sigma[run])
         return scaled if self.spectrum is None else self.spectrum.color.decorrelated(scaled, telemetry.gyro_time)
 
     @property
@@ -76,6 +83,7 @@ class Finding:
         explained: the part of every run's residual that it estimates sample by sample, shape (N, 3), rad/s; None if it
             only adds variance.
         noise_freedom: degrees of freedom with which its noise is known.
+        slow_bias: how the bias wanders by it; None where it adds no such noise.
     """
 
     values: Array
@@ -86,6 +94,7 @@ class Finding:
     variance: Vector3
     explained: Sequence[Array] | None = None
     noise_freedom: float = np.inf
+    slow_bias: SlowBias | None = None
 
 
 class NoiseEffect(NamedEffect):

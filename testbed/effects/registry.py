@@ -37,6 +37,7 @@ from testbed.effects.gyro_misalignment import GyroMisalignment
 from testbed.effects.gyro_noise import GyroNoise
 from testbed.effects.gyro_noise_color import GyroNoiseColor
 from testbed.effects.gyro_quantization import GyroQuantization
+from testbed.effects.gyro_rate_random_walk import GyroRateRandomWalk
 from testbed.effects.gyro_saturation import GyroSaturation
 from testbed.effects.gyro_scale import GyroScale
 from testbed.effects.inertia import Inertia
@@ -120,6 +121,7 @@ _ON_READINGS: tuple[NoiseEffect, ...] = (
     GyroNoise(),
     GyroNoiseColor(),
     GyroQuantization(),
+    GyroRateRandomWalk(),
     RotorImbalance(),
     WheelImbalance(),
 )

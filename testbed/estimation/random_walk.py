@@ -114,3 +114,14 @@ def _of_estimated_noise(variance: float, increments: Increments, whole: float, f
     """
     share = log1p(-increments.explained(variance) / whole)
     return -0.5 * (freedom * share + increments.widened(variance))
+
+
+_STEP = 0.1
+"""Of log q, over which the curvature of the log-likelihood is taken: it is of order one over a step of one."""
+
+
+def relative_error(increments: Increments, variance: float) -> float:
+    """Return the standard error of log q at the likeliest variance, from the curvature there; infinite without any."""
+    below, at, above = (_of_known_noise(variance * exp(step), increments) for step in (-_STEP, 0.0, _STEP))
+    curvature = (2.0 * at - below - above) / _STEP**2
+    return curvature**-0.5 if curvature > 0.0 else inf

@@ -56,6 +56,11 @@ class SlowBias:
         """Return white noise with this bias: the inverse of `whitened`; arguments as there."""
         return self._passed(_put_back, white, time, sigma)
 
+    def log_deviation(self, time: Series, sigma: Vector3) -> Vector3:
+        """Return the logarithm of what is not foretold of all samples over σ; arguments as in `whitened`."""
+        filtered, _ = _filter(self, time.tobytes(), sigma.tobytes())
+        return np.asarray(np.log(filtered[:, :, 2]).sum(axis=0))
+
     def _passed(self, loop: Callable[..., None], values: Array, time: Series, sigma: Vector3) -> Array:
         filtered, stays = _filter(self, time.tobytes(), sigma.tobytes())
         passed = np.array(values.reshape(len(values), 3, -1), dtype=np.float64, order="C")

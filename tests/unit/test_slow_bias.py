@@ -10,8 +10,11 @@ import pytest
 from support.diagnosed_records import NOISE, nominal, records
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.latent import goodness, latent_torque
+from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.model_notices import model_notices
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.estimation.slow_bias import SlowBias
 
 WALK = 4e-3
@@ -42,16 +45,16 @@ def test_samples_are_whitened_by_the_covariance_of_the_process(bias):
     np.testing.assert_array_equal(bias.whitened(values[..., 0], time, sigma), white[..., 0])
 
 
-def walking(seed):
+def walking(seed, walk=WALK, count=3, hooks=(), values=()):
     """Return records whose gyro's bias walks."""
     rng = np.random.default_rng(1000 + seed)
 
     def walked(record):
-        steps = WALK * np.sqrt(np.diff(record.time, prepend=record.time[0]))[:, None]
+        steps = walk * np.sqrt(np.diff(record.time, prepend=record.time[0]))[:, None]
         rates = record.channels["body_rate"] + np.cumsum(steps * rng.standard_normal((len(steps), 3)), axis=0)
         return replace(record, channels=record.channels | {"body_rate": rates})
 
-    return [walked(each) for each in records(3, seconds=12.0, seed=seed)]
+    return [walked(each) for each in records(count, seconds=12.0, seed=seed, hooks=hooks, values=values)]
 
 
 def fit_of(recorded, stated):
@@ -90,3 +93,65 @@ def test_intervals_of_the_inertia_hold_it_beside_a_bias_that_walks():
             found.append((fit.theta - truth) / np.sqrt(np.diag(fit.covariance)[:6]))
     assert 0.8 < np.sqrt(np.mean(np.square(errors[True]))) < 1.2
     assert np.sqrt(np.mean(np.square(errors[False]))) > 1.5
+
+
+def diagnosis_of(recorded):
+    scenario, platform = nominal()
+    data = data_set_of(recorded, scenario, platform)
+    theta = theta_of(platform.inertia)
+    *_, last = diagnosed(data.runs, data.heldout, EFFECTS, theta, lambda _: None, NOISE_EFFECTS)
+    return last
+
+
+def error_of(found, walk):
+    """Return how far the size of a walk is from the truth, in its standard errors."""
+    size, std = found.size
+    return (size - walk) / std
+
+
+@pytest.mark.parametrize(("seed", "walk"), [(40, WALK), (41, WALK), (42, 5e-4), (43, 5e-4)])
+def test_a_walk_that_nobody_states_is_named_alone_and_the_inertia_holds(seed, walk):
+    """From a walk that after 12 s is as large as the noise of one sample on."""
+    last = diagnosis_of(walking(seed, walk, count=5))
+    (found,) = last.added
+    assert (last.verdict, found.key) == ("named", "gyro_rate_random_walk:gyro")
+    assert abs(error_of(found, walk)) < 3.0
+    errors = (last.model.theta - theta_of(nominal()[1].inertia)) / np.sqrt(np.diag(last.model.covariance)[:6])
+    assert np.abs(errors).max() < 4.0
+
+
+@pytest.mark.parametrize("seed", [72, 75, 77, 82])
+def test_what_a_walk_passes_for_gives_way_to_it(seed):
+    """Of these a touch, a bias, and a formula had been named (looked at)."""
+    (found,) = diagnosis_of(walking(seed, 2.5e-4, count=5)).added
+    assert found.key == "gyro_rate_random_walk:gyro"
+
+
+def test_a_walk_is_named_beside_an_effect_on_the_motion():
+    drag = EFFECTS["viscous_drag"]
+    last = diagnosis_of(walking(44, 1e-3, 5, [drag.hooks("platform")], [np.full(3, 1e-3)]))
+    assert [each.key for each in last.added] == ["viscous_drag:platform", "gyro_rate_random_walk:gyro"]
+    assert abs(error_of(last.added[1], 1e-3)) < 3.0
+
+
+@pytest.mark.parametrize("seed", range(50, 53))
+def test_records_without_a_walk_get_no_such_name(seed):
+    last = diagnosis_of(records(5, seconds=12.0, seed=seed))
+    assert last.verdict == "none"
+    (walk,) = (each for each in last.noise_candidates if each.finding.slow_bias is not None)
+    assert walk.odds < 0.0
+
+
+def test_a_walk_too_small_for_a_name_is_mentioned_where_the_residual_is_more_than_noise():
+    """Among all hypotheses it is no more than chance, but it leaves nothing."""
+    last = diagnosis_of(walking(69, 1.5e-4, count=5))
+    assert last.verdict == "unexplained"
+    assert any("rate_random_walk_rad_s_per_sqrt_s" in words for words in model_notices(last))
+
+
+def test_a_stated_walk_is_not_looked_for():
+    scenario, platform = nominal()
+    gyro = scenario.gyro.model_copy(update=WANDERING)
+    data = data_set_of(walking(62, count=5), scenario.model_copy(update={"gyro": gyro}), platform)
+    *_, last = diagnosed(data.runs, data.heldout, {}, theta_of(platform.inertia), lambda _: None, NOISE_EFFECTS)
+    assert not any(each.finding.slow_bias for each in last.noise_candidates)

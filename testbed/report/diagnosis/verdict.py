@@ -135,9 +135,15 @@ def shape_words(diagnosis: Diagnosis) -> str:
     kept = {step.key for step in diagnosis.steps}
     gone = [effect_name(each.effect, each.component) for each in diagnosis.retracted if each.key not in kept]
     if gone:
-        better = "the formula in their place" if _has_formula(diagnosis) else "an unmodelled torque"
-        text += f" Retracted, as {better} has higher posterior odds: {listed(gone)}."
+        text += f" Retracted, as {_better_words(diagnosis)} has higher posterior odds: {listed(gone)}."
     return text
+
+
+def _better_words(diagnosis: Diagnosis) -> str:
+    """Say what stands in the place of effects that were retracted."""
+    if any(each.finding.slow_bias is not None for each in diagnosis.scatter):
+        return "a gyro's bias that walks at random"
+    return "the formula in their place" if _has_formula(diagnosis) else "an unmodelled torque"
 
 
 def _has_formula(diagnosis: Diagnosis) -> bool:

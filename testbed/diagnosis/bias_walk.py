@@ -1,0 +1,74 @@
+"""A gyro's bias that walks at random, compared with effects that it may pass for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import inf, log
+from typing import Protocol
+
+from testbed.diagnosis.noise import NoiseHypothesis
+from testbed.diagnosis.search import Search, with_model
+from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.state import Diagnosis
+from testbed.diagnosis.torque_shapes import evidence_of_any
+from testbed.effects.formula import Formula
+
+
+class _Explaining(Protocol):
+    def __call__(self, state: Diagnosis, *, white: bool) -> Diagnosis: ...
+
+
+def with_bias_walk(
+    state: Diagnosis, search: Search, noise: _Explaining, residual: Callable[[Diagnosis], Diagnosis]
+) -> Diagnosis:
+    """Return the diagnosis with a bias that walks in the place of effects that are less probable than it.
+
+    A walk passes for whatever is slow; of the nominal model it has to leave nothing but noise. Effects that leave more
+    than noise are as improbable besides as their residual, and a formula has to be distinguished from it. Where it
+    explains nearly as much, the diagnosis says so.
+
+    Args:
+        state: with its residual tested.
+        search: among the hypotheses of the library.
+        noise: explains the noise anew with a model.
+        residual: tests the residual of a model.
+
+    Returns:
+        The same diagnosis where no walk explains as much.
+    """
+    if not state.steps or state.runs.known_in_part:
+        return state
+    bare = replace(with_model(state, state.baseline), steps=(), differing=None, latent_before=None, explained=0.0)
+    walking = noise(bare, white=True)
+    walk = next((each for each in walking.scatter if each.finding.slow_bias is not None), None)
+    ahead = -inf if walk is None else walk.odds + _doubt(state) - state.explained
+    if walk is None or ahead + SETTINGS.indistinguishable <= 0.0:
+        return state
+    screening = search.compared(walking)
+    walking = residual(replace(walking, remaining=screening))
+    if walking.left_over:
+        return state
+    if ahead <= 0.0:
+        return replace(state, notices=(*state.notices, _words(walk)))
+    prior = screening.prior_odds.unmodelled
+    return replace(
+        walking,
+        unmodelled=evidence_of_any(walking.shapes, screening.tested, prior),
+        retracted=(*state.retracted, *(step.placed for step in state.steps)),
+    )
+
+
+def _doubt(state: Diagnosis) -> float:
+    """Return by how much effects have to be more probable than a walk, twice the logarithm."""
+    of_residual = -2.0 * log(SETTINGS.unexplained_p_value) if state.left_over else 0.0
+    formula = any(isinstance(each.effect, Formula) for each in state.steps)
+    return of_residual + (SETTINGS.indistinguishable if formula else 0.0)
+
+
+def _words(walk: NoiseHypothesis) -> str:
+    size, error = walk.size
+    return (
+        f"a gyro's bias that walks at random, by {size:.2g} ± {error:.1g} rad/s/√s, explains these records nearly as "
+        "well as what is named"
+    )
