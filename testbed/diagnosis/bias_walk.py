@@ -20,7 +20,11 @@ class _Explaining(Protocol):
 
 
 def with_bias_walk(
-    state: Diagnosis, search: Search, noise: _Explaining, residual: Callable[[Diagnosis], Diagnosis]
+    state: Diagnosis,
+    search: Search,
+    noise: _Explaining,
+    residual: Callable[[Diagnosis], Diagnosis],
+    unnamed: Diagnosis | None = None,
 ) -> Diagnosis:
     """Return the diagnosis with a bias that walks in the place of effects that are less probable than it.
 
@@ -33,6 +37,8 @@ def with_bias_walk(
         search: among the hypotheses of the library.
         noise: explains the noise anew with a model.
         residual: tests the residual of a model.
+        unnamed: the diagnosis without formulas, if some are in it: it stands where a walk that is no clear name is not
+            distinguished from these.
 
     Returns:
         The same diagnosis where no walk explains as much.
@@ -41,10 +47,12 @@ def with_bias_walk(
         return state
     bare = replace(with_model(state, state.baseline), steps=(), differing=None, latent_before=None, explained=0.0)
     walking = noise(bare, white=True)
-    walk = next((each for each in walking.scatter if each.finding.slow_bias is not None), None)
+    walk, is_named = _walk_of(walking)
     ahead = -inf if walk is None else walk.odds + _doubt(state) - state.explained
     if walk is None or ahead + SETTINGS.indistinguishable <= 0.0:
         return state
+    if not is_named:
+        return unnamed if unnamed is not None and ahead > 0.0 else state
     screening = search.compared(walking)
     walking = residual(replace(walking, remaining=screening))
     if walking.left_over:
@@ -57,6 +65,14 @@ def with_bias_walk(
         unmodelled=evidence_of_any(walking.shapes, screening.tested, prior),
         retracted=(*state.retracted, *(step.placed for step in state.steps)),
     )
+
+
+def _walk_of(state: Diagnosis) -> tuple[NoiseHypothesis | None, bool]:
+    """Return the hypothesis of a walk, None where it was not tested, and whether it has a name."""
+    named = (each for each in state.scatter if each.finding.slow_bias is not None)
+    tested = (each for each in state.noise_candidates if each.finding.slow_bias is not None)
+    found = next(named, None)
+    return (found, True) if found is not None else (next(tested, None), False)
 
 
 def _doubt(state: Diagnosis) -> float:

@@ -152,7 +152,7 @@ class _Task:
             if not self.alone and may_follow_formulas(state):
                 named = with_formulas(state, search, noise.explained, _residual_tested)
                 if named is not state:
-                    state = with_bias_walk(named, search, noise.explained, _residual_tested)
+                    state = with_bias_walk(named, search, noise.explained, _residual_tested, unnamed=state)
             state = saying_what_differs(state)
         except (InputError, np.linalg.LinAlgError) as error:  # the model without a formula has been tested
             state = _ended_early(state, error)
