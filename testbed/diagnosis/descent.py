@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from math import exp, log
 
 import numpy as np
@@ -147,8 +149,13 @@ class _Around:
     def step(self, damping: float) -> Array:
         """Return the damped step, zero where nothing moves."""
         step = np.zeros(len(self.slope))
-        step[self.moving] = damped(self.normal[np.ix_(self.moving, self.moving)], self.slope[self.moving], damping)
+        step[self.moving] = self._steps(damping)
         return step
+
+    @cached_property
+    def _steps(self) -> Callable[[float], Array]:
+        """Steps of what moves, by their damping: of one slope there are several."""
+        return steps_of(self.normal[np.ix_(self.moving, self.moving)], self.slope[self.moving])
 
     def length(self, step: Array) -> float:
         """Return the length of a step in standard deviations, as if each coordinate were the only one."""
@@ -161,19 +168,48 @@ class _Around:
 
 def damped(normal: Array, slope: Array, damping: float = 0.0) -> Array:
     """Return the step that solves a normal matrix, damped by a share of its diagonal; none along what nothing shows."""
-    shown = np.diag(normal) > 0.0
-    if not shown.all():
-        step = np.zeros(len(slope))
-        step[shown] = damped(normal[np.ix_(shown, shown)], slope[shown], damping) if shown.any() else 0.0
-        return step
-    scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
-    scaled = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
-    if len(scale) > MANY:
+    return steps_of(normal, slope)(damping)
+
+
+def steps_of(normal: Array, slope: Array) -> Callable[[float], Array]:
+    """Return such steps by their damping."""
+    shown = np.flatnonzero(np.diag(normal) > 0.0)
+    normal = normal[np.ix_(shown, shown)]
+    scale = np.sqrt(np.diag(normal))
+    scaled, wanted = normal / np.outer(scale, scale), slope[shown] / scale
+    solved = _by_factors(scaled, wanted) if len(shown) > MANY else _by_directions(scaled, wanted)
+
+    def step(damping: float) -> Array:
+        whole = np.zeros(len(slope))
+        whole[shown] = solved(damping) / scale
+        return whole
+
+    return step
+
+
+def _by_directions(matrix: Array, wanted: Array) -> Callable[[float], Array]:
+    """Return what solves a symmetric matrix plus a damping, but for directions that nothing determines."""
+    strength, axes = np.linalg.eigh(matrix)
+    along = axes.T @ wanted
+
+    def solved(damping: float) -> Array:
+        damped_strength = strength + damping
+        own = np.abs(damped_strength) > UNDETERMINED * np.abs(damped_strength).max(initial=0.0)
+        return np.asarray(axes[:, own] @ (along[own] / damped_strength[own]))
+
+    return solved
+
+
+def _by_factors(matrix: Array, wanted: Array) -> Callable[[float], Array]:
+    """Return the same of a large matrix, whose directions take longer to find than a few factors."""
+
+    def solved(damping: float) -> Array:
         try:
-            return np.asarray(cho_solve(cho_factor(scaled), slope / scale) / scale)
-        except LinAlgError:  # singular: directions that nothing determines are not stepped along
-            pass
-    return np.asarray(np.linalg.lstsq(scaled, slope / scale, rcond=UNDETERMINED)[0] / scale)
+            return np.asarray(cho_solve(cho_factor(matrix + damping * np.eye(len(matrix))), wanted))
+        except LinAlgError:  # singular
+            return _by_directions(matrix, wanted)(damping)
+
+    return solved
 
 
 def pushing_out(fit: Fit, step: Array) -> Flags:
