@@ -29,8 +29,8 @@ def with_bias_walk(
     """Return the diagnosis with a bias that walks in the place of effects that are less probable than it.
 
     A walk passes for whatever is slow; of the nominal model it has to leave nothing but noise. Effects that leave more
-    than noise are as improbable besides as their residual, and a formula has to be distinguished from it. Where it
-    explains nearly as much, the diagnosis says so.
+    than noise, or are less probable than something unknown, are as improbable besides as such a residual, and a formula
+    has to be distinguished from it. Where it explains nearly as much, the diagnosis says so.
 
     Args:
         state: with its residual tested.
@@ -58,7 +58,7 @@ def with_bias_walk(
     if walking.left_over:
         return state
     if ahead <= 0.0:
-        return replace(state, notices=(*state.notices, _words(walk)))
+        return replace(state, notices=tuple(dict.fromkeys((*state.notices, _words(walk)))))
     prior = screening.prior_odds.unmodelled
     return replace(
         walking,
@@ -77,7 +77,8 @@ def _walk_of(state: Diagnosis) -> tuple[NoiseHypothesis | None, bool]:
 
 def _doubt(state: Diagnosis) -> float:
     """Return by how much effects have to be more probable than a walk, twice the logarithm."""
-    of_residual = -2.0 * log(SETTINGS.unexplained_p_value) if state.left_over else 0.0
+    doubted = state.left_over or state.unmodelled_is_more_probable
+    of_residual = -2.0 * log(SETTINGS.unexplained_p_value) if doubted else 0.0
     formula = any(isinstance(each.effect, Formula) for each in state.steps)
     return of_residual + (SETTINGS.indistinguishable if formula else 0.0)
 
