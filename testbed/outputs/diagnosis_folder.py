@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from testbed.arrays import Array
 from testbed.assembly.extension import PLATFORM, SCENARIO, extended, write_extended
 from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.result import result_of
@@ -14,7 +15,7 @@ from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import inertia_of
-from testbed.effects.contract import Extension
+from testbed.effects.contract import Extension, NamedEffect
 from testbed.errors import InputError
 from testbed.files import TextFile, write_json
 from testbed.next_experiment.proposal import Proposal
@@ -124,7 +125,10 @@ def _write_next(part: Path, scenario: BodyScenario, proposal: Proposal | None) -
 
 def extensions_of(scenario: Scenario, diagnosis: Diagnosis) -> Iterator[Extension]:
     """Yield what every effect adds, each asked with the scenario that those before it have changed."""
-    for placed, values in zip(diagnosis.model.placed, diagnosis.model.values.effects, strict=True):
-        extension = placed.effect.extension(placed.component, values[0], scenario)
+    on_motion = zip(diagnosis.model.placed, diagnosis.model.values.effects, strict=True)
+    found: list[tuple[NamedEffect, str, Array]] = [(each.effect, each.component, own[0]) for each, own in on_motion]
+    found += [(each.effect, each.component, each.finding.values) for each in diagnosis.scatter]
+    for effect, component, values in found:
+        extension = effect.extension(component, values, scenario)
         scenario = extended(scenario, extension)
         yield extension

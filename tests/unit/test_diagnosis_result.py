@@ -22,6 +22,7 @@ from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
+from testbed.outputs.diagnosis_folder import extensions_of
 from testbed.report.diagnosis.page import write_diagnosis_page
 from testbed.report.diagnosis.ranking import on_the_noise, ranking_rows
 from testbed.report.diagnosis.residuals import mean_spectrum, residuals_section
@@ -192,6 +193,14 @@ def test_understated_noise_is_a_step():
     extra = step["parameters"]["extra_noise_rad_s"]
     assert extra["value"] == pytest.approx(NOISE * np.sqrt(1.0 - 1.5**-2), abs=4.0 * extra["std"])
     assert step["gap_after"] < 1.2 < step["gap_before"]  # 1 and 1.5, each within 4 %
+
+
+def test_the_extended_model_has_the_noise_that_was_found():
+    stated = [replace(r, details=replace(r.details, gyro_noise=NOISE / 1.5)) for r in records(3)]
+    found = last(stated)
+    (extension,) = extensions_of(nominal()[0], found)
+    extra = found.scatter[0].finding.values[0]
+    assert extension.scenario["gyro"]["extra_noise_rad_s"] == pytest.approx([extra] * 3)
 
 
 def test_a_torque_without_a_name_is_unexplained_and_drawn(pulsing, tmp_path):
