@@ -262,11 +262,33 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
         return replace(state, noise_candidates=noisier.noise_candidates) if state.structure_left else noisier
     if state.structure_left and not _noise_is_more_probable(noisier, state):
         return state
+    beside_walk = _standing_beside_walk(noisier, noise, search)
+    if beside_walk is not None:
+        return beside_walk
     standing = search.standing(noisier)
     if standing is not noisier:
         return check_residual(noise.explained(standing), noise, search)
     # Names beside which another was found have not been compared with an unmodelled torque yet.
     return check_residual(noisier, noise, search) if unnamed and noisier.steps else noisier
+
+
+def _standing_beside_walk(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis | None:
+    """Return the diagnosis with the effects that stand beside a gyro's bias that walks, and leave nothing but noise.
+
+    None where no walk was found, where all effects stand, or where more is left: without the walk in the noise, those
+    that it passes for would be missed.
+    """
+    if not any(each.finding.slow_bias is not None for each in state.scatter):
+        return None
+    begun = state
+    while (standing := search.standing(state)) is not state:
+        state = _residual_tested(noise.explained(standing, white=True))
+        if state.left_over or not state.steps:
+            return None
+    if state is begun:
+        return None
+    explained, screening = log_odds_of_all(state, with_model(state, state.baseline)), state.steps[0].screening
+    return replace(state, explained=explained, unmodelled=explained + _unmodelled(state, screening))
 
 
 def _tested_in_noise_of_all(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis:
