@@ -1,4 +1,4 @@
-"""How the gyro's samples scatter: the hypotheses on its noise, tested on what a model leaves of the samples."""
+"""How the gyro's samples scatter: the hypotheses on its noise, tested on the residual of a model."""
 
 from __future__ import annotations
 
