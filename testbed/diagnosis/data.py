@@ -204,7 +204,7 @@ class Runs:
             part if self.color is None else self.color.correlated(part, run.gyro_time)
             for part, run in zip(self.by_run(residual), self.grid.runs, strict=True)
         ]
-        return [self._wandering(run, part) * self.sigma[run] for run, part in enumerate(colored)]
+        return [self.wandering(run, part) * self.sigma[run] for run, part in enumerate(colored)]
 
     def as_stated(self) -> Runs:
         """Return the same runs with the noise that is stated."""
@@ -254,8 +254,13 @@ class Runs:
         bias = self._slow_bias(block)
         return values if bias is None else bias.whitened(values, *self._timed(block))
 
-    def _wandering(self, run: int, white: Array) -> Array:
-        """Return a run's noise in units of σ with such a bias: the inverse of it."""
+    def wandering(self, run: int, white: Array) -> Array:
+        """Return what is in a run's samples in units of σ with the bias's course: the inverse of taking it off.
+
+        Args:
+            run: its index.
+            white: shape (N, 3) or (N, 3, C).
+        """
         bias = self._slow_bias(run)
         return white if bias is None else bias.wandering(white, *self._timed(run))
 

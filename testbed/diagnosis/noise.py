@@ -133,7 +133,8 @@ class Residuals:
         """Return what the parameters can make of each run's samples, where these may be noise alone; not of windows."""
         if not self.white or runs.windowed:
             return []
-        return [part * sigma[:, None] for part, sigma in zip(runs.by_run(fit.jacobian), runs.sigma, strict=True)]
+        parts = enumerate(runs.by_run(fit.jacobian))
+        return [runs.wandering(run, part) * runs.sigma[run][:, None] for run, part in parts]
 
 
 def noise_tests(residuals: Residuals, effects: Mapping[str, NoiseEffect], others: int) -> NoiseTests:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from math import inf
 from typing import final
@@ -29,8 +30,8 @@ class GyroRateRandomWalk(NoiseEffect):
     """ω̄ = ω + b, b a random walk of K √t, from nothing at the first sample of each run, about each axis alike.
 
     K is the likeliest one beside all that the model's parameters can make of the samples, where the residual may be
-    noise alone; every test is on samples from which the walk is taken off. Not tested where the scenario states how the
-    bias wanders, nor over windows, which are short.
+    noise alone; every test is on samples from which the walk is taken off. Not tested where the scenario states a walk,
+    nor over windows, which are short.
 
     Source: IEEE Std 952, appendix B (rate random walk).
     """
@@ -44,7 +45,8 @@ class GyroRateRandomWalk(NoiseEffect):
 
     @override
     def found(self, component: str, readings: Readings) -> Finding | None:
-        if not readings.absorbed or any(run.slow_bias is not None for run in readings.runs):
+        stated = readings.runs[0].slow_bias or SlowBias(instability=0.0)  # of one gyro, alike in all runs
+        if not readings.absorbed or stated.random_walk:
             return None
         increments, spectrum = _increments(readings), readings.spectrum
         freedom = spectrum.freedom if spectrum is not None else inf
@@ -59,7 +61,7 @@ class GyroRateRandomWalk(NoiseEffect):
             p_value=0.5 * float(scipy.stats.chi2.sf(ratio, 1)) if ratio > 0.0 else 1.0,  # q cannot be negative
             variance=np.zeros(3),
             noise_freedom=freedom,
-            slow_bias=SlowBias(instability=0.0, random_walk=walk),
+            slow_bias=replace(stated, random_walk=walk),
         )
 
     @override
