@@ -87,6 +87,11 @@ def gyro_noise_color(craft: Craft, _: str, parameters: Parameters) -> Craft:
     return _with_gyro(craft, noise_correlation=parameters["correlation"])
 
 
+def gyro_rate_random_walk(craft: Craft, _: str, parameters: Parameters) -> Craft:
+    """A bias that walks, from nothing at release."""
+    return _with_gyro(craft, random_walk=parameters["rate_random_walk"])
+
+
 def _with_gyro(craft: Craft, **changes: Array | float) -> Craft:
     return replace(craft, gyro=replace(craft.gyro, **changes))
 
@@ -148,6 +153,12 @@ KINDS = {
 FURTHER = {
     "gyro_noise_color": _gyro(
         {"correlation": "1"}, gyro_noise_color, lambda rng: {"correlation": 0.3 * sign(rng)}, growing=("correlation",)
+    ),
+    "gyro_rate_random_walk": _gyro(
+        {"rate_random_walk": "rad/s/√s"},
+        gyro_rate_random_walk,
+        lambda _: {"rate_random_walk": 5e-4},
+        growing=("rate_random_walk",),
     ),
 }
 """Effects that random sets do not draw, so that a seed makes the set that it always made; they are asked for."""

@@ -84,7 +84,7 @@ def sealed_text(
 def file_key(effect: str, name: str, unit: str) -> str:
     """Return a parameter's name as files spell it: delay_s, impulse_x_N_m_s, frequency_hz."""
     name = _OTHER_NAMES.get((effect, name), name)
-    suffix = {"1": "", "Hz": "hz"}.get(unit, unit.replace("/", "_").replace(" ", "_"))
+    suffix = {"1": "", "Hz": "hz", "rad/s/√s": "rad_s_per_sqrt_s"}.get(unit, unit.replace("/", "_").replace(" ", "_"))
     return f"{name}_{suffix}" if suffix else name
 
 

@@ -32,6 +32,6 @@ def test_effects_that_no_flight_has_are_named(tmp_path, effect, component, said)
         values=SimpleNamespace(effects=(values,)),
         theta=theta_of(nominal_platform(scenario).inertia),
     )
-    written, notices = _write_model(tmp_path, scenario, SimpleNamespace(model=model))
+    written, notices = _write_model(tmp_path, scenario, SimpleNamespace(model=model, scatter=()))
     assert notices == said
     assert (tmp_path / written["scenario"]).is_file()
