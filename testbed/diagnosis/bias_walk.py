@@ -8,10 +8,9 @@ from math import inf, log
 from typing import Protocol
 
 from testbed.diagnosis.noise import NoiseHypothesis
-from testbed.diagnosis.search import Search, with_model
+from testbed.diagnosis.search import Search, log_odds_of_all, odds_of_unmodelled, with_model
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
-from testbed.diagnosis.torque_shapes import evidence_of_any
 from testbed.effects.formula import Formula
 
 
@@ -59,20 +58,46 @@ def with_bias_walk(
         return state
     if ahead <= 0.0:
         return replace(state, notices=tuple(dict.fromkeys((*state.notices, _words(walk)))))
-    prior = screening.prior_odds.unmodelled
     return replace(
         walking,
-        unmodelled=evidence_of_any(walking.shapes, screening.tested, prior),
+        unmodelled=odds_of_unmodelled(walking, screening),
         retracted=(*state.retracted, *(step.placed for step in state.steps)),
     )
 
 
+def standing_beside_walk(
+    standing: Diagnosis, search: Search, noise: _Explaining, residual: Callable[[Diagnosis], Diagnosis]
+) -> Diagnosis | None:
+    """Return the diagnosis with the effects that stand beside a gyro's bias that walks, and leave nothing but noise.
+
+    None where no walk was found, or where more is left: without the walk in the noise, those that it passes for would
+    be missed.
+
+    Args:
+        standing: with one effect fewer, as it did not stand out of the noise of all.
+        search: among the hypotheses of the library.
+        noise: explains the noise anew with a model.
+        residual: tests the residual of a model.
+    """
+    if not any(each.walks for each in standing.scatter):
+        return None
+    while True:
+        state = residual(noise(standing, white=True))
+        if state.left_over or not state.steps:
+            return None
+        standing = search.standing(state)
+        if standing is state:
+            break
+    explained, screening = log_odds_of_all(state, with_model(state, state.baseline)), state.steps[0].screening
+    return replace(state, explained=explained, unmodelled=explained + odds_of_unmodelled(state, screening))
+
+
 def _walk_of(state: Diagnosis) -> tuple[NoiseHypothesis | None, bool]:
     """Return the hypothesis of a walk, None where it was not tested, and whether it has a name."""
-    named = (each for each in state.scatter if each.finding.slow_bias is not None)
-    tested = (each for each in state.noise_candidates if each.finding.slow_bias is not None)
-    found = next(named, None)
-    return (found, True) if found is not None else (next(tested, None), False)
+    named = next((each for each in state.scatter if each.walks), None)
+    if named is not None:
+        return named, True
+    return next((each for each in state.noise_candidates if each.walks), None), False
 
 
 def _doubt(state: Diagnosis) -> float:

@@ -209,8 +209,9 @@ class Runs:
     def as_stated(self) -> Runs:
         """Return the same runs with the noise that is stated."""
         sigma = self.sigma if self.stated_sigma is None else self.stated_sigma
-        own = replace(self, sigma=sigma, stated_sigma=None, color=None, slow_bias=None, torque_noise=None)
-        return replace(own, estimated_noise=())
+        return replace(
+            self, sigma=sigma, stated_sigma=None, color=None, slow_bias=None, estimated_noise=(), torque_noise=None
+        )
 
     def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
         """Return the gimbal channels' part of a whitened residual in each run, one channel after the other.

@@ -18,7 +18,7 @@ from testbed.diagnosis.formula_responses import FormulaEvidence, formula_evidenc
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.own_sizes import with_own_sizes
 from testbed.diagnosis.screening import refitted, screened
-from testbed.diagnosis.search import Search, log_odds_of_all, odds_together, with_effect, with_model
+from testbed.diagnosis.search import Search, log_odds_of_all, odds_of_unmodelled, odds_together, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import signatures
 from testbed.diagnosis.state import Diagnosis
@@ -94,7 +94,7 @@ def with_formulas(
             grown, further = with_own_sizes(grown, beside)
         state = residual(replace(grown, remaining=beside))
         explained = _explained(state, bare) if state.steps else 0.0
-        left = evidence_of_any(state.shapes, beside.tested, beside.prior_odds.unmodelled)
+        left = odds_of_unmodelled(state, beside)
         state = replace(state, explained=explained, unmodelled=explained + left)
     known = begun.unnamed or begun.differing or not begun.left_over
     if known and state.explained < begun.explained + begun.differing_odds + SETTINGS.indistinguishable:

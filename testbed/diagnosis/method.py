@@ -14,7 +14,7 @@ from types import MappingProxyType
 import numpy as np
 
 from testbed.arrays import Theta
-from testbed.diagnosis.bias_walk import with_bias_walk
+from testbed.diagnosis.bias_walk import standing_beside_walk, with_bias_walk
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates, in_torque_noise, refit, starts_of
@@ -30,6 +30,7 @@ from testbed.diagnosis.search import (
     gap_of,
     log_odds_of_all,
     log_odds_of_class,
+    odds_of_unmodelled,
     penalty_of,
     with_effect,
     with_model,
@@ -38,7 +39,7 @@ from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.diagnosis.tachometers import distinct_from_tachometers, shown_beside_tachometers
 from testbed.diagnosis.testable import hypotheses, without
-from testbed.diagnosis.torque_shapes import evidence_of_any, no_better_than_together, torque_shapes
+from testbed.diagnosis.torque_shapes import no_better_than_together, torque_shapes
 from testbed.diagnosis.trims import log_odds_of_own_trims, may_share_a_trim, with_one_trim
 from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect
@@ -262,33 +263,14 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
         return replace(state, noise_candidates=noisier.noise_candidates) if state.structure_left else noisier
     if state.structure_left and not _noise_is_more_probable(noisier, state):
         return state
-    beside_walk = _standing_beside_walk(noisier, noise, search)
-    if beside_walk is not None:
-        return beside_walk
     standing = search.standing(noisier)
     if standing is not noisier:
+        beside_walk = standing_beside_walk(standing, search, noise.explained, _residual_tested)
+        if beside_walk is not None:
+            return beside_walk
         return check_residual(noise.explained(standing), noise, search)
     # Names beside which another was found have not been compared with an unmodelled torque yet.
     return check_residual(noisier, noise, search) if unnamed and noisier.steps else noisier
-
-
-def _standing_beside_walk(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis | None:
-    """Return the diagnosis with the effects that stand beside a gyro's bias that walks, and leave nothing but noise.
-
-    None where no walk was found, where all effects stand, or where more is left: without the walk in the noise, those
-    that it passes for would be missed.
-    """
-    if not any(each.finding.slow_bias is not None for each in state.scatter):
-        return None
-    begun = state
-    while (standing := search.standing(state)) is not state:
-        state = _residual_tested(noise.explained(standing, white=True))
-        if state.left_over or not state.steps:
-            return None
-    if state is begun:
-        return None
-    explained, screening = log_odds_of_all(state, with_model(state, state.baseline)), state.steps[0].screening
-    return replace(state, explained=explained, unmodelled=explained + _unmodelled(state, screening))
 
 
 def _tested_in_noise_of_all(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis:
@@ -302,7 +284,7 @@ def _tested_in_noise_of_all(state: Diagnosis, noise: _NoiseStep, search: Search)
         noisier = replace(noisier, remaining=search.compared(noisier), retracted=())
     if noisier.steps or noisier.remaining is None:
         return noisier
-    return replace(noisier, unmodelled=_unmodelled(noisier, noisier.remaining))
+    return replace(noisier, unmodelled=odds_of_unmodelled(noisier, noisier.remaining))
 
 
 def _retracted(state: Diagnosis) -> Diagnosis:
@@ -314,7 +296,7 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     screening = state.steps[0].screening if state.steps else state.remaining
     assert screening is not None
     bare = _residual_tested(with_model(state, state.baseline) if state.steps else state)
-    unmodelled = _unmodelled(bare, screening)
+    unmodelled = odds_of_unmodelled(bare, screening)
     differing = bare.differing if not state.steps and bare.differing_odds > unmodelled else None
     bare = replace(bare, steps=(), remaining=screening, differing=differing, unmodelled=unmodelled)
     if not state.steps:
@@ -323,7 +305,7 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     explained = log_odds_of_all(state, bare)
     by_effects = explained + penalty_of([step.candidate for step in state.steps], screening.tested)
     shapes = no_better_than_together(bare.shapes, tested.shapes, by_effects)
-    unmodelled = _unmodelled(replace(bare, shapes=shapes), screening)
+    unmodelled = odds_of_unmodelled(replace(bare, shapes=shapes), screening)
     tested = replace(tested, unmodelled=unmodelled, explained=explained)
     if tested.unmodelled > log_odds_of_class(tested) + state.differing_odds + 2.0 * log(SETTINGS.retraction_odds):
         return replace(bare, retracted=tuple(step.placed for step in state.steps))
@@ -339,7 +321,7 @@ def _noise_is_more_probable(noisier: Diagnosis, state: Diagnosis) -> bool:
     """
     screening = state.remaining or state.steps[0].screening
     walking = 0.0 if state.latent is None else state.latent.likelihood_ratio
-    otherwise = max(_unmodelled(state, screening), walking, state.differing_odds)
+    otherwise = max(odds_of_unmodelled(state, screening), walking, state.differing_odds)
     return _deviance(state) - _deviance(noisier) > otherwise
 
 
@@ -350,10 +332,6 @@ def _deviance(state: Diagnosis) -> float:
         return fitted_runs
     seen = fitted_initial_rates(state.heldout, state.model)
     return fitted_runs + deviance(state.heldout, seen, first=6 + len(seen.effect_values))
-
-
-def _unmodelled(state: Diagnosis, screening: Screening) -> float:
-    return evidence_of_any(state.shapes, screening.tested, screening.prior_odds.unmodelled)
 
 
 def _residual_tested(state: Diagnosis) -> Diagnosis:

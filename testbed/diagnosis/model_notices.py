@@ -174,7 +174,7 @@ def _unexplained_words(diagnosis: Diagnosis) -> Iterator[str]:
 
 def _walking_words(diagnosis: Diagnosis) -> Iterator[str]:
     """Say that a gyro's bias that walks would leave nothing, too, though it is no clear name among all hypotheses."""
-    walks = [each for each in diagnosis.noise_candidates if each.finding.slow_bias is not None]
+    walks = [each for each in diagnosis.noise_candidates if each.walks]
     as_torque = 0.0 if diagnosis.latent is None else diagnosis.latent.likelihood_ratio
     for each in walks:
         if each.finding.p_value < SETTINGS.unexplained_p_value and each.chi_square_reduction > as_torque:

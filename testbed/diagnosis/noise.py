@@ -56,6 +56,11 @@ class NoiseHypothesis:
         return _key(self.effect, self.component)
 
     @property
+    def walks(self) -> bool:
+        """Whether it is a bias that walks."""
+        return self.finding.slow_bias is not None
+
+    @property
     def size(self) -> tuple[float, float]:
         """Its first parameter, by which it is large or small, and the standard error."""
         return float(self.finding.values[0]), float(self.finding.std[0])
@@ -164,7 +169,7 @@ def _named(candidates: Sequence[NoiseHypothesis], none: float) -> NoiseHypothesi
 
     A bias that walks comes first: it changes level and colour of the noise, and these make no walk.
     """
-    order = sorted(candidates, key=lambda each: each.finding.slow_bias is None)
+    order = sorted(candidates, key=lambda each: not each.walks)
     best = next((_with_look_alikes(each, candidates, none) for each in order if each.present), None)
     if best is None or not favoured_over_none((each.odds for each in (best, *best.look_alikes)), none):
         return None
@@ -178,7 +183,7 @@ def _settled(residuals: Residuals, found: Sequence[NoiseHypothesis]) -> NoiseHyp
     """
     *before, newest = found
     for _ in range(_ROUNDS):
-        if newest.finding.slow_bias is None:
+        if not newest.walks:
             break
         readings, _ = _against(residuals, [*before, newest])
         finding = newest.effect.found(newest.component, replace(readings, slow_bias=None))
@@ -221,8 +226,13 @@ def with_noise_model(residuals: Residuals, found: Sequence[NoiseHypothesis]) -> 
     changed, first = [], 0
     for each, (readings, lines) in zip(runs, both, strict=True):
         wider = each.with_sigma(readings.sigma)
-        wider = replace(wider, noise_freedom=freedom, estimated_noise=lines, stated_sigma=each.sigma)
-        wider = replace(wider, slow_bias=readings.slow_bias)
+        wider = replace(
+            wider,
+            noise_freedom=freedom,
+            estimated_noise=lines,
+            stated_sigma=each.sigma,
+            slow_bias=readings.slow_bias,
+        )
         changed.append(wider if spectrum is None else _with_spectrum(wider, spectrum, first))
         first += len(each.names)
     return changed[0], changed[1] if len(changed) > 1 else None
@@ -235,7 +245,7 @@ def _applied(readings: Readings, found: Sequence[NoiseHypothesis]) -> tuple[Read
     if lines:
         left = [residual - noise for residual, noise in zip(readings.residual, lines, strict=True)]
     readings = replace(readings, residual=left, sigma=_widened(readings.sigma, found))
-    walking = next((each.finding.slow_bias for each in found if each.finding.slow_bias is not None), None)
+    walking = next((each.finding.slow_bias for each in found if each.walks), None)
     return readings if walking is None else _refitted(replace(readings, slow_bias=walking)), lines
 
 

@@ -27,6 +27,7 @@ from testbed.diagnosis.screening import (
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.diagnosis.testable import without
+from testbed.diagnosis.torque_shapes import evidence_of_any
 from testbed.diagnosis.touches import touching_by_residual, without_common_touch
 from testbed.errors import InputError
 
@@ -69,6 +70,16 @@ def log_odds_of_class(state: Diagnosis) -> float:
     first = state.steps[0]
     further = [each.log_bayes_factor - first.candidate.log_bayes_factor for each in first.screening.close]
     return state.explained + 2.0 * float(logsumexp(0.5 * np.array(further)))
+
+
+def odds_of_unmodelled(state: Diagnosis, screening: Screening) -> float:
+    """Return twice the logarithm of the odds of an unmodelled torque beside a model, against none.
+
+    Args:
+        state: with the shapes of its residual tested.
+        screening: whose hypotheses it is one of.
+    """
+    return evidence_of_any(state.shapes, screening.tested, screening.prior_odds.unmodelled)
 
 
 def with_candidate(state: Diagnosis, screening: Screening, placed: Hypothesis, known: Fit) -> Screening:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from math import inf
 from typing import final
 
@@ -109,8 +108,7 @@ def _in_noise(readings: Readings, values: Array, run: int) -> Array:
 def _steps(time: Series) -> Array:
     """Return a bias that steps at each knot as a walk of 1 rad/s/√s does, about each axis, shape (N, 3, T)."""
     edges = np.linspace(time[0], time[-1], min(len(time) - 1, _MOST_KNOTS) + 1)
-    middles = np.array([0.5 * (first + last) for first, last in pairwise(edges)])
-    steps = (time[:, None] > middles) * np.sqrt(np.diff(edges))
+    steps = (time[:, None] > 0.5 * (edges[1:] + edges[:-1])) * np.sqrt(np.diff(edges))
     return np.repeat(steps[:, None], 3, axis=1)
 
 
