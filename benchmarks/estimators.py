@@ -26,12 +26,15 @@ from testbed.arrays import Array, Covariance, Theta, Vector3
 from testbed.estimation.bound import cramer_rao_bound
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.registry import ESTIMATORS
+from testbed.estimation.slow_bias import SlowBias
 from testbed.estimation.telemetry import Telemetry
 
 SAMPLE_RATE = 16.0
 SIMULATION_NOISE = 0.025
 FLIGHT_NOISE = 0.001658
 ENCODER_NOISE = 1e-4
+BIAS_WALK = 0.02
+"""rad/s/√s: after five seconds the bias is off by twice the noise of a sample."""
 RELEASE_MOMENTUM_B = np.array([0.003, -0.004, 0.006])
 NORMAL_95 = 1.96
 InitialMomentum: TypeAlias = Literal["estimated", "zero"]
@@ -103,17 +106,31 @@ def _score(experiment: Experiment, runs: list[Telemetry], name: str) -> Score:
     )
 
 
-def open_loop(gyro_noise: float, momentum_B: Vector3, initial_momentum: InitialMomentum = "estimated") -> Experiment:
-    """Return the nominal motion flown exactly, the instrument simulated."""
+def open_loop(
+    gyro_noise: float, momentum_B: Vector3, initial_momentum: InitialMomentum = "estimated", walk: float = 0.0
+) -> Experiment:
+    """Return the nominal motion flown exactly, the instrument simulated; with a gyro whose bias walks, rad/s/√s."""
     flight = nominal_flight(momentum_B)
     times = sample_times(SAMPLE_RATE)
-    exact = replace(exact_telemetry(flight, times, times, gyro_noise), initial_momentum=initial_momentum)
+    exact = replace(
+        exact_telemetry(flight, times, times, gyro_noise),
+        initial_momentum=initial_momentum,
+        slow_bias=SlowBias(instability=0.0, random_walk=walk) if walk else None,
+    )
     return Experiment(
-        name=f"open loop, {gyro_noise} rad/s, |H| {np.linalg.norm(momentum_B):.4f} N·m·s, momentum {initial_momentum}",
+        name=f"open loop, {gyro_noise} rad/s, |H| {np.linalg.norm(momentum_B):.4f} N·m·s, momentum {initial_momentum}"
+        + (f", bias walks {walk} rad/s/√s" if walk else ""),
         settings=EstimationSettings(nominal_theta=NOMINAL_THETA),
-        telemetry=lambda seed: noisy(exact, seed, ENCODER_NOISE),
+        telemetry=lambda seed: _walking(noisy(exact, seed, ENCODER_NOISE), walk, seed),
         bound_std=_std(cramer_rao_bound(exact, TRUE_THETA, momentum_B)),
     )
+
+
+def _walking(telemetry: Telemetry, walk: float, seed: int) -> Telemetry:
+    """Return telemetry whose gyro's bias walks from nothing at the first sample, in rad/s/√s."""
+    steps = np.sqrt(np.diff(telemetry.gyro_time, prepend=telemetry.gyro_time[0]))
+    draws = np.random.default_rng((seed, 1)).standard_normal((len(steps), 3))
+    return replace(telemetry, body_rate=telemetry.body_rate + walk * np.cumsum(steps[:, None] * draws, axis=0))
 
 
 def closed_loop(gyro_noise: float, seeds: int) -> Experiment:
@@ -163,6 +180,7 @@ def main(seeds: int = 1000) -> None:
         open_loop(SIMULATION_NOISE, RELEASE_MOMENTUM_B),
         closed_loop(SIMULATION_NOISE, seeds),
         open_loop(FLIGHT_NOISE, at_rest),
+        open_loop(SIMULATION_NOISE, RELEASE_MOMENTUM_B, walk=BIAS_WALK),
     ):
         print(report(experiment, seeds), flush=True)
 

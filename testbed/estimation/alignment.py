@@ -8,6 +8,7 @@ some even at rest.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from testbed.estimation.momentum_equation import mean_momentum
 from testbed.estimation.motion import Motion, simulate
 from testbed.estimation.preparation import identifiable_part, likely_theta
 from testbed.estimation.sensitivity import rate_sensitivity
+from testbed.estimation.stated_noise import whitened
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -148,7 +150,7 @@ def _search(telemetry: Telemetry, record: SampledGimbals, start: _Unknowns, obse
         return np.hstack([columns[:, :-3] @ _steps(observable), columns[:, -3:]])
 
     first = np.concatenate([np.zeros(observable.basis.shape[1]), start.momentum_B])
-    return most_likely(telemetry.body_rate[None], first[None], motion, sensitivity)
+    return most_likely(telemetry.body_rate[None], first[None], motion, sensitivity, partial(whitened, telemetry))
 
 
 def _steps(observable: Observability) -> Array:

@@ -9,6 +9,7 @@ from testbed.estimation.identifiability import inertia_size, require_identifiabl
 from testbed.estimation.motion import Drive, Motion, drive_of, simulate, with_torque
 from testbed.estimation.regression import rows_of
 from testbed.estimation.sensitivity import acting_basis, rate_sensitivity, torque_sensitivity
+from testbed.estimation.stated_noise import whitened
 from testbed.estimation.telemetry import Telemetry, covered_part
 
 
@@ -19,8 +20,9 @@ def cramer_rao_bound(
 
     On a pivot three rows and columns more are of the offset of the centre of mass, m, which is estimated with it.
 
-    The gyro's noise is white, eq. (4), and enters the rates alone, so that the Fisher information is SᵀS/σ² with the
-    sensitivities S of the rates; an unknown initial momentum costs what its columns explain of the inertia's.
+    The gyro's noise is white, eq. (4), or is made so where its bias is stated to wander, and enters the rates alone, so
+    that the Fisher information is SᵀS/σ² with the sensitivities S of the rates; an unknown initial momentum costs what
+    its columns explain of the inertia's.
 
     Args:
         telemetry: the gyro's times and noise, the actuators' motion (its measured rates are not used), and whether
@@ -41,6 +43,7 @@ def cramer_rao_bound(
     columns = rate_columns(part, drive, motion)
     require_identifiable(columns, 0.0, inertia_size(theta), motion.body_rate)
     wanted = 6 if part.pivot is None else 9
+    columns = whitened(part, columns)
     turned = np.roll(columns[..., 6:], wanted - 6, axis=-1)
     columns = without_momentum(np.concatenate([columns[..., :6], turned], axis=-1), wanted)
     return np.asarray(part.gyro_noise**2 * np.linalg.inv(columns.mT @ columns))  # eqs. (12), (13)

@@ -13,6 +13,7 @@ from testbed.dynamics.environment import Pivoted, parallel_axes
 from testbed.dynamics.inertia import theta_of
 from testbed.dynamics.inertia_unit import inertia_words
 from testbed.estimation.answer import Answer
+from testbed.estimation.stated_noise import whitened
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.uncertainty import EXACT, Uncertainty
 
@@ -54,7 +55,8 @@ class Estimate(Answer):
         residual_time: shape (N,), s.
         residual: measured - predicted, shape (N, 3), in `residual_unit`.
         residual_unit: N·m, or rad/s.
-        residual_sigma: its standard deviation with the parameters' degrees of freedom taken off.
+        white_residual: without what a bias that is stated to wander foretells, shape (N, 3); a torque as it is.
+        residual_sigma: standard deviation of that with the parameters' degrees of freedom taken off.
         iterations: rounds until the answer.
         influence: ∂θ̂/∂e of an error e of each gyro sample, shape (6, 3N), kg·m² per rad/s, in the order of the
             residual, and three rows more for the offset on a pivot; None once what follows from it is known.
@@ -70,6 +72,7 @@ class Estimate(Answer):
     residual_time: Series
     residual: Vectors3
     residual_unit: Literal["N·m", "rad/s"]
+    white_residual: Vectors3
     residual_sigma: float
     iterations: int
     influence: Array | None = None
@@ -204,6 +207,7 @@ def estimate_of(
         residual_time=time,
         residual=residual.reshape(-1, 3),
         residual_unit=unit,
+        white_residual=(whitened(telemetry, residual[:, None]) if unit == "rad/s" else residual).reshape(-1, 3),
         residual_sigma=sigma,
         iterations=iterations,
         offset_error=parameters[offset],

@@ -10,6 +10,7 @@ from testbed.estimation.noise_image import filtered_noise
 from testbed.estimation.prefilter import filtered_equation
 from testbed.estimation.preparation import identifiable_part
 from testbed.estimation.regression import Solution, covariance_of, noise_gain, residual_sigma, solution_of
+from testbed.estimation.stated_noise import influence_of_white
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -43,10 +44,11 @@ def instrumental_variable(telemetry: Telemetry, settings: EstimationSettings) ->
     sigma = float(residual_sigma(solution))
     noise = filtered_noise(part, equation, solution, filter_time)
     gain = noise_gain(solution, noise.image)
+    variance = sigma**2 / noise.power if part.slow_bias is None else part.gyro_noise**2  # of the white part alone
     return estimate_of(
         part,
         solution.parameters,
-        covariance_of(gain, sigma**2 / noise.power),  # eq. (19)
+        covariance_of(influence_of_white(part, gain, equation.time), variance),  # eq. (19)
         influence=-gain,
         time=equation.time,
         residual=solution.residual,

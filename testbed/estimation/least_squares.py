@@ -7,6 +7,7 @@ from testbed.estimation.noise_image import filtered_noise
 from testbed.estimation.prefilter import filtered_equation
 from testbed.estimation.preparation import identifiable_part
 from testbed.estimation.regression import covariance_of, noise_gain, residual_sigma, solution_of
+from testbed.estimation.stated_noise import influence_of_white
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -14,7 +15,8 @@ def least_squares(telemetry: Telemetry, settings: EstimationSettings) -> Estimat
     """Estimate the inertia by θ̂ = (ΨᵀΨ)⁻¹ ΨᵀY, with covariance σ² (ΨᵀΨ)⁻¹.
 
     The regressor carries the gyro's noise, which pulls the moments of inertia down: by 1e-3 kg·m² at 0.025 rad/s, by
-    nothing that shows at 0.0017 rad/s. The covariance knows neither of that nor of the noise's colour.
+    nothing that shows at 0.0017 rad/s. The covariance does not know of that, and of the noise's colour only where a
+    bias is stated to wander.
 
     Args:
         telemetry: one run.
@@ -30,12 +32,15 @@ def least_squares(telemetry: Telemetry, settings: EstimationSettings) -> Estimat
     equation = filtered_equation(part, part.body_rate, settings.prefilter_time)
     solution = solution_of(equation.regressor, equation.regressor, equation.response)  # eq. (14)
     sigma = float(residual_sigma(solution))
-    noise = filtered_noise(part, equation, solution, settings.prefilter_time)
+    influence = -noise_gain(solution, filtered_noise(part, equation, solution, settings.prefilter_time).image)
+    covariance = covariance_of(noise_gain(solution, solution.instrument), sigma**2)  # eq. (16)
+    if part.slow_bias is not None:
+        covariance = covariance_of(influence_of_white(part, influence, equation.time), part.gyro_noise**2)
     return estimate_of(
         part,
         solution.parameters,
-        covariance_of(noise_gain(solution, solution.instrument), sigma**2),  # eq. (16)
-        influence=-noise_gain(solution, noise.image),
+        covariance,
+        influence=influence,
         time=equation.time,
         residual=solution.residual,
         unit="N·m",

@@ -21,6 +21,7 @@ def most_likely(
     start: Array,
     motion: Callable[[Array, Indices], Motion],
     sensitivity: Callable[[Array, Indices, Motion], Regressor],
+    whiten: Callable[[Regressor], Regressor],
 ) -> Searches:
     """Minimise the squares of predicted minus measured rates, Levenberg-Marquardt with analytic sensitivities.
 
@@ -30,6 +31,7 @@ def most_likely(
         motion: that unknowns, shape (A, P), of the flights with given indices predict; InputError where those of any of
             them predict none.
         sensitivity: ∂ω/∂(unknowns), shape (A, 3N, P), of the motion that they predict.
+        whiten: what makes the noise white in rows of the samples, shape (A, 3N, C).
 
     Returns:
         The searches at their ends, all of them at a minimum.
@@ -51,11 +53,12 @@ def most_likely(
                 return np.full((1, measured_rate[0].size), REFUSED)
             each = zip(unknowns[:, None], flights[:, None], strict=True)
             return np.concatenate([residual(*one) for one in each])
-        return (rates.reshape(measured_rate[flights].shape) - measured_rate[flights]).reshape(len(flights), -1)
+        apart = rates.reshape(measured_rate[flights].shape) - measured_rate[flights]
+        return whiten(apart.reshape(len(flights), -1, 1))[..., 0]
 
     def columns(unknowns: Array, flights: Indices) -> Regressor:
         predicted = motion_at(unknowns.tobytes(), flights.tobytes())
-        return sensitivity(unknowns, flights, predicted).reshape(len(flights), measured_rate[0].size, -1)
+        return whiten(sensitivity(unknowns, flights, predicted).reshape(len(flights), measured_rate[0].size, -1))
 
     searches = minima(start, residual, columns)
     if not searches.found.all():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from testbed.arrays import Array, Matrices3, Theta, Vectors3
@@ -19,6 +21,7 @@ from testbed.estimation.motion import drive_of
 from testbed.estimation.noise_image import attitude_noise, pendulum_of
 from testbed.estimation.preparation import identifiable_part
 from testbed.estimation.regression import Solution, covariance_of, noise_gain, residual_sigma, rows_of, solution_of
+from testbed.estimation.stated_noise import influence_of_white, whitened
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -56,12 +59,12 @@ def momentum_forms(telemetry: Telemetry, settings: EstimationSettings) -> list[E
         return solution_of(_rows(part, scale, equation), instrument, response.reshape(*response.shape[:-2], -1))
 
     solution, iterations = refined(part, settings, solve)
-    sigma = residual_sigma(solution)
+    sigma = residual_sigma(replace(solution, residual=whitened(part, solution.residual[..., None])[..., 0]))
     gain = noise_gain(solution, _noise_image(part, equation, solution))
     return estimates_of(
         part,
         solution.parameters,
-        covariance_of(gain, sigma**2),  # eq. (19)
+        covariance_of(influence_of_white(part, gain), sigma**2),  # eq. (19)
         influence=-gain,
         residual=-solution.residual,  # Ψθ - Y is the measured rate minus the predicted one
         sigma=sigma,

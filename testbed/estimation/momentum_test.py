@@ -10,6 +10,7 @@ import scipy
 from testbed.arrays import Array, Theta
 from testbed.estimation.bound import rate_columns
 from testbed.estimation.motion import drive_of, simulate, with_torque
+from testbed.estimation.stated_noise import whitened
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -26,9 +27,10 @@ def zero_momentum_p_value(telemetry: Telemetry, theta: Theta, acting: Array | No
     """
     drive = drive_of(telemetry) if acting is None else with_torque(drive_of(telemetry), acting)
     motion = simulate(drive, theta, np.zeros(3))
-    columns = rate_columns(replace(telemetry, initial_momentum="estimated"), drive, motion)
+    columns = whitened(telemetry, rate_columns(replace(telemetry, initial_momentum="estimated"), drive, motion))
     inertia, _ = np.linalg.qr(np.delete(columns, slice(6, 9), axis=1))
     own, _ = np.linalg.qr(columns[:, 6:9] - inertia @ (inertia.T @ columns[:, 6:9]))
-    residual = (telemetry.body_rate - motion.body_rate).ravel() / telemetry.gyro_noise
+    apart = (telemetry.body_rate - motion.body_rate).reshape(-1, 1)
+    residual = whitened(telemetry, apart).ravel() / telemetry.gyro_noise
     residual -= inertia @ (inertia.T @ residual)  # of an estimate that is not quite the most likely one
     return float(scipy.stats.chi2.sf(float(np.sum((own.T @ residual) ** 2)), 3))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from testbed.arrays import Array, Covariance, Indices, Regressor, Theta, Vector3
@@ -14,6 +16,7 @@ from testbed.estimation.likelihood import most_likely, require_physical
 from testbed.estimation.momentum_equation import mean_momentum
 from testbed.estimation.motion import Drive, Motion, drive_of, drive_of_some, simulate, with_torque
 from testbed.estimation.preparation import identifiable_part, likely_theta
+from testbed.estimation.stated_noise import influence_of_errors, whitened, with_bias
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -26,8 +29,9 @@ def output_error(telemetry: Telemetry, settings: EstimationSettings) -> Estimate
 def output_errors(telemetry: Telemetry, settings: EstimationSettings) -> list[Estimate]:
     """Estimate the inertia by the least squares of measured minus predicted rates, the maximum likelihood of eq. (4).
 
-    Levenberg-Marquardt with analytic sensitivities, all flights side by side in every round. The covariance is that of
-    the linearised problem at the answer, scaled by its residual.
+    Where the gyro's bias is stated to wander, of what that does not foretell. Levenberg-Marquardt with analytic
+    sensitivities, all flights side by side in every round. The covariance is that of the linearised problem at the
+    answer, scaled by its residual.
 
     Args:
         telemetry: one run, or flights side by side; the initial momentum is estimated jointly unless it is known to be
@@ -51,8 +55,8 @@ def output_errors(telemetry: Telemetry, settings: EstimationSettings) -> list[Es
         part,
         answer.unknowns,
         covariance,
-        influence=inverse @ answer.columns.mT,
-        residual=-answer.residual,
+        influence=influence_of_errors(part, inverse @ answer.columns.mT),
+        residual=-with_bias(part, answer.residual[..., None])[..., 0],
         sigma=np.sqrt(variance),
         iterations=answer.rounds,
     )
@@ -75,7 +79,8 @@ def _search(telemetry: Telemetry, start: Array) -> Searches:
         unknowns = unknowns if lead else unknowns[0]
         return rate_columns(telemetry, acting(unknowns, flights), at)  # gravity's feedback goes with the offset
 
-    return most_likely(telemetry.body_rate.reshape(len(start), -1, 3), start, motion, sensitivity)
+    measured_rate = telemetry.body_rate.reshape(len(start), -1, 3)
+    return most_likely(measured_rate, start, motion, sensitivity, partial(whitened, telemetry))
 
 
 def _require_minima(theta: Theta, covariance: Covariance) -> None:

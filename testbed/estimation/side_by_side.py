@@ -93,6 +93,7 @@ def _likeness(flight: Telemetry) -> Hashable:
         flight.gyro_noise,
         flight.initial_momentum,
         flight.constant_torque,
+        flight.slow_bias,
         flight.noise_freedom,
         flight.live,
         gimbals and (id(gimbals.cluster), gimbals.rotor_momentum is None),

@@ -56,6 +56,14 @@ class SlowBias:
         """Return white noise with this bias: the inverse of `whitened`; arguments as there."""
         return self._passed(_put_back, white, time, sigma)
 
+    def whitened_back(self, values: Array, time: Series, sigma: Vector3) -> Array:
+        """Return the transpose of `whitened` times values; arguments as there."""
+        return self._passed(_take_off_back, values, time, sigma)
+
+    def wandering_back(self, values: Array, time: Series, sigma: Vector3) -> Array:
+        """Return the transpose of `wandering` times values; arguments as there."""
+        return self._passed(_put_back_back, values, time, sigma)
+
     def log_deviation(self, time: Series, sigma: Vector3) -> Vector3:
         """Return the logarithm of what is not foretold of all samples over σ; arguments as in `whitened`."""
         filtered, _ = _filter(self, time.tobytes(), sigma.tobytes())
@@ -117,6 +125,38 @@ def _put_back(filtered, stays, passed):
                 rest = passed[sample, axis, column] * filtered[sample, axis, 2]
                 passed[sample, axis, column] = rest + foretold[0, axis, column] + foretold[1, axis, column]
                 _foretell(foretold[:, axis, column], filtered[sample, axis], stays[sample], rest)
+
+
+def _take_off_back(filtered, stays, passed):
+    carried = np.zeros((2, *passed.shape[1:]))
+    for sample in range(passed.shape[0] - 1, -1, -1):
+        for axis in range(passed.shape[1]):
+            scale = filtered[sample, axis, 2]
+            for column in range(passed.shape[2]):
+                of_later = _carry_back(carried[:, axis, column], filtered[sample, axis], stays[sample])
+                rest = passed[sample, axis, column] / scale + of_later
+                passed[sample, axis, column] = rest
+                carried[0, axis, column] -= rest
+                carried[1, axis, column] -= rest
+
+
+def _put_back_back(filtered, stays, passed):
+    carried = np.zeros((2, *passed.shape[1:]))
+    for sample in range(passed.shape[0] - 1, -1, -1):
+        for axis in range(passed.shape[1]):
+            scale = filtered[sample, axis, 2]
+            for column in range(passed.shape[2]):
+                value = passed[sample, axis, column]
+                of_later = _carry_back(carried[:, axis, column], filtered[sample, axis], stays[sample])
+                passed[sample, axis, column] = (value + of_later) * scale
+                carried[0, axis, column] += value
+                carried[1, axis, column] += value
+
+
+def _carry_back(carried, gains, stays):
+    """Bring back to a sample what later ones take of both foretold parts, and return what they take of its own rest."""
+    carried[0] *= stays
+    return gains[0] * carried[0] + gains[1] * carried[1]
 
 
 def _foretell(parts, gains, stays, rest):

@@ -17,8 +17,10 @@ from testbed.estimation.considered import considered_errors, considered_shifts
 from testbed.estimation.estimate import Estimate, EstimationSettings
 from testbed.estimation.motion import Drive, Motion, drive_of, simulate, torque_basis, with_torque
 from testbed.estimation.preparation import identifiable_part, likely_theta
+from testbed.estimation.regression import covariance_of
 from testbed.estimation.residual_check import ResidualCheck, checked_rows, residual_check
 from testbed.estimation.sensitivity import torque_sensitivity
+from testbed.estimation.stated_noise import influence_of_white, whitened
 from testbed.estimation.telemetry import ConstantTorque, Telemetry
 from testbed.estimation.telemetry_noise import Attenuation, attenuation, common_to_neighbours, predicted_rate_variance
 
@@ -151,14 +153,19 @@ def _influence(estimate: Estimate, part: Telemetry) -> Array:
 
 def _residual(part: Telemetry, settings: EstimationSettings, drive: Drive, motion: Motion) -> ResidualCheck:
     rows = checked_rows(len(part.gyro_time))
-    columns = rate_columns(part, drive, motion).reshape(len(part.gyro_time), 3, -1)[rows]
-    explained, _ = np.linalg.qr(columns.reshape(3 * len(rows), -1))
     theta = likely_theta(part, settings.nominal_theta)
+
+    def looked_at(values: Array) -> Array:
+        """Return what is white of the samples' values, shape (N, 3, C), of those that are tested, shape (3N', C)."""
+        white = whitened(part, values.reshape(3 * len(part.gyro_time), -1))
+        return white.reshape(len(part.gyro_time), 3, -1)[rows].reshape(3 * len(rows), -1)
+
+    explained, _ = np.linalg.qr(looked_at(rate_columns(part, drive, motion)))
     errors = [
         np.zeros((3 * len(rows), 0)),
-        *(each[rows].reshape(3 * len(rows), -1) for each, _ in considered_errors(part, theta, settings.uncertainty)),
+        *(looked_at(each) for each, _ in considered_errors(part, theta, settings.uncertainty)),
     ]
-    residual = (part.body_rate - motion.body_rate)[rows].reshape(-1, 1)
+    residual = looked_at(part.body_rate - motion.body_rate)
     rest, beside = (values - explained @ (explained.T @ values) for values in (residual, np.hstack(errors)))
     added = predicted_rate_variance(part, theta)
     variance = part.gyro_noise**2 + added
@@ -170,7 +177,7 @@ def _residual(part: Telemetry, settings: EstimationSettings, drive: Drive, motio
 
 def _compared(efficient: tuple[str, Estimate], robust: tuple[str, Estimate], part: Telemetry) -> Compared:
     influence = np.vstack([_influence(estimate, part) for _, estimate in (efficient, robust)])
-    covariance = efficient[1].residual_sigma ** 2 * influence @ influence.T
+    covariance = covariance_of(influence_of_white(part, influence), efficient[1].residual_sigma ** 2)
     if (added := efficient[1].by_telemetry) is not None:
         covariance[: len(added), : len(added)] += added
     return Compared(

@@ -8,7 +8,7 @@ a coverage of 95 % give or take 3 √(0.95 * 0.05 / S).
 import numpy as np
 import pytest
 
-from benchmarks.estimators import RELEASE_MOMENTUM_B, SIMULATION_NOISE, closed_loop, open_loop, scores
+from benchmarks.estimators import BIAS_WALK, RELEASE_MOMENTUM_B, SIMULATION_NOISE, closed_loop, open_loop, scores
 
 SEEDS = 120
 STANDARD_ERRORS = 3.5
@@ -27,6 +27,12 @@ COVERAGE = 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / SEEDS)
 )
 def score(request):
     return scores(request.param(), SEEDS)
+
+
+@pytest.fixture(scope="module")
+def walking():
+    """Return the scores where the gyro's bias walks as the telemetry states."""
+    return scores(open_loop(SIMULATION_NOISE, RELEASE_MOMENTUM_B, walk=BIAS_WALK), SEEDS)
 
 
 @pytest.mark.parametrize("name", ["iv", "iv_momentum", "output_error"])
@@ -48,3 +54,14 @@ def test_bands_cover(score, name):
 def test_least_squares_pulls_the_moments_of_inertia_down(score):
     assert (score["ls"].bias[:3] < -6.0).all()
     assert (score["ls"].error[:, :3].mean(axis=0) < -1e-4).all()  # kg·m²
+
+
+@pytest.mark.parametrize("name", ["iv", "iv_momentum", "output_error"])
+def test_bands_cover_beside_a_bias_that_walks(walking, name):
+    assert np.abs(walking[name].bias).max() < STANDARD_ERRORS
+    assert walking[name].coverage.min() > COVERAGE
+    assert walking[name].coverage.mean() < 0.985
+
+
+def test_output_error_reaches_the_bound_beside_a_bias_that_walks(walking):
+    assert np.abs(walking["output_error"].scatter - 1.0).max() < SCATTER

@@ -13,6 +13,7 @@ from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.motion import LONGEST_STEP
 from testbed.estimation.registry import ESTIMATORS, SIDE_BY_SIDE
 from testbed.estimation.side_by_side import answers_side_by_side, side_by_side
+from testbed.estimation.slow_bias import SlowBias
 
 TIMES = sample_times(16.0)
 EXACT = exact_telemetry(nominal_flight(), TIMES, TIMES, 0.025)
@@ -48,8 +49,9 @@ def answers(name, flights, settings=SETTINGS):
         likewise(),
         likewise(constant_torque="both", applied_torque=np.full((len(TIMES), 3), 1e-5)),
         likewise(gimbals=None, cluster_momentum=actuation(EXACT, TIMES).cluster_momentum_B),
+        likewise(slow_bias=SlowBias(instability=0.01, correlation_time=2.0, random_walk=0.02)),
     ],
-    ids=["zero momentum", "momentum", "torques", "actuators that leave the inertia alone"],
+    ids=["zero momentum", "momentum", "torques", "actuators that leave the inertia alone", "a bias that wanders"],
 )
 def test_a_flight_answers_as_if_alone(name, flights):
     together = SIDE_BY_SIDE[name](side_by_side(tuple(flights)), SETTINGS)

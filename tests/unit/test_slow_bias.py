@@ -16,10 +16,12 @@ from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.estimation.slow_bias import SlowBias
+from testbed.experiment.measured import estimate_record
 
 WALK = 4e-3
 """rad/s/√s, four times what one second's mean of the noise is known to: as a MEMS gyro's after minutes."""
-WANDERING = {"rate_random_walk_rad_s_per_sqrt_s": WALK}
+WALKS = "rate_random_walk_rad_s_per_sqrt_s"
+WANDERING = {WALKS: WALK}
 
 
 @pytest.mark.parametrize(
@@ -43,6 +45,19 @@ def test_samples_are_whitened_by_the_covariance_of_the_process(bias):
         np.testing.assert_allclose(white[:, axis], np.linalg.solve(factor, values[:, axis]), atol=1e-11)
     np.testing.assert_allclose(bias.wandering(white, time, sigma), values, atol=1e-12)
     np.testing.assert_array_equal(bias.whitened(values[..., 0], time, sigma), white[..., 0])
+
+
+def test_filters_have_their_transposes():
+    """Of <F x, y> = <x, Fᵀ y>, for the filter and for its inverse."""
+    rng = np.random.default_rng(2)
+    bias = SlowBias(instability=1e-4, correlation_time=20.0, random_walk=2e-5)
+    time, sigma = np.sort(rng.uniform(0.0, 100.0, 300)), np.array([2e-4, 1e-4, 3e-4])
+    one, other = rng.standard_normal((2, 300, 3))
+    for there, back in (
+        (bias.whitened, bias.whitened_back),
+        (bias.wandering, bias.wandering_back),
+    ):
+        assert np.vdot(there(one, time, sigma), other) == pytest.approx(np.vdot(one, back(other, time, sigma)))
 
 
 def walking(seed, walk=WALK, count=3, hooks=(), values=()):
@@ -93,6 +108,16 @@ def test_intervals_of_the_inertia_hold_it_beside_a_bias_that_walks():
             found.append((fit.theta - truth) / np.sqrt(np.diag(fit.covariance)[:6]))
     assert 0.8 < np.sqrt(np.mean(np.square(errors[True]))) < 1.2
     assert np.sqrt(np.mean(np.square(errors[False]))) > 1.5
+
+
+def test_estimators_take_a_stated_walk_off_and_find_their_residual_white():
+    scenario, platform = nominal()
+    (recorded, *_) = walking(8, 2e-3)
+    stated = scenario.model_copy(update={"gyro": scenario.gyro.model_copy(update={WALKS: 2e-3})})
+    unstated, known = (estimate_record(each, platform, recorded).checks.residual for each in (scenario, stated))
+    assert unstated.whiteness_p_value < 1e-6
+    assert known.whiteness_p_value > 0.01
+    assert known.size_p_value > 0.01
 
 
 SLOW = {name: EFFECTS[name] for name in ("gyro_drift", "gyro_bias", "body_torque", "viscous_drag", "gyro_scale")}

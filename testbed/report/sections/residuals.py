@@ -24,7 +24,8 @@ def residual_blocks(estimates: Mapping[str, Estimate]) -> tuple[Block, ...]:
     """Return for each estimator the residual over time and its autocorrelation."""
     meaning = Paragraph(
         text="What an estimator could not explain: measured minus predicted. Noise alone leaves the ±2 σ lines once in "
-        "twenty samples, and is not correlated from one sample to the next."
+        "twenty samples, and is not correlated from one sample to the next. A bias that the scenario "
+        "states to wander stays in the residual, and is taken off before the autocorrelation."
     )
     return meaning, *(figure for name, estimate in estimates.items() for figure in _figures(name, estimate))
 
@@ -53,7 +54,7 @@ def _figures(name: str, estimate: Estimate) -> Iterator[Figure]:
         ),
         shares_time=True,
     )
-    yield Figure(title=f"{title}: autocorrelation", chart=_correlation_chart(estimate.residual))
+    yield Figure(title=f"{title}: autocorrelation", chart=_correlation_chart(estimate.white_residual))
 
 
 def _correlation_chart(residual: Vectors3) -> go.Figure:
