@@ -6,7 +6,7 @@ called here. Before it comes the gate (`reading.data_set_of`), after it the repo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import log
 from types import MappingProxyType
@@ -87,12 +87,22 @@ def diagnosed(
         most=most,
     )
     if may_share_a_trim(runs):
-        for state in task.stages(with_one_trim(runs), heldout and with_one_trim(heldout)):
+        for state in _with_given_up(task.stages(with_one_trim(runs), heldout and with_one_trim(heldout))):
             yield state
             if state.complete:
                 return
         progress("a trim of each record")
-    yield from task.stages(runs, heldout)
+    yield from _with_given_up(task.stages(runs, heldout))
+
+
+def _with_given_up(stages: Iterable[Diagnosis]) -> Iterator[Diagnosis]:
+    """Yield stages of one search; the last one knows which effects of earlier ones it neither names nor retracts."""
+    added: dict[str, Hypothesis] = {}
+    for state in stages:
+        added |= {step.key: step.placed for step in state.steps}
+        kept = {*(step.key for step in state.steps), *(each.key for each in state.retracted)}
+        gone = tuple(placed for key, placed in added.items() if key not in kept)
+        yield replace(state, given_up=gone) if state.complete else state
 
 
 @dataclass(frozen=True, kw_only=True)

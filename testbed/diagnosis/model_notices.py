@@ -31,6 +31,7 @@ def model_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
         *_unexplained_words(diagnosis),
         *_set_aside_words(diagnosis),
         *_rival_words(diagnosis),
+        *_given_up_words(diagnosis),
     )
 
 
@@ -40,6 +41,13 @@ def _rival_words(diagnosis: Diagnosis) -> Iterator[str]:
             "torques by formulas, which no library lists, explain these records nearly as well as what is named: "
             f"{', '.join(diagnosis.rivals)}"
         )
+
+
+def _given_up_words(diagnosis: Diagnosis) -> Iterator[str]:
+    """Say what became of names that were shown as they were found."""
+    if diagnosis.given_up:
+        names = ", ".join(f"{each.effect.id} ({each.component})" for each in diagnosis.given_up)
+        yield f"added on the way and out again, as it does not stand out beside what was found later: {names}"
 
 
 def _trim_words(diagnosis: Diagnosis) -> Iterator[str]:

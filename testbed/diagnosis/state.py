@@ -119,6 +119,7 @@ class Diagnosis:
         scatter: effects on the gyro's noise, re-estimated with every model; the runs have that noise.
         steps: effects in the order in which they were added.
         retracted: effects that were added, and explain less than an unmodelled torque does.
+        given_up: effects that were added on the way, and do not stand out beside what was found later.
         remaining: the hypotheses against the final model; None until they were looked at.
         latent: unmodelled torque beside the final model; None until it was estimated.
         latent_before: beside the nominal model; None where the final one has no effect on the motion.
@@ -147,6 +148,7 @@ class Diagnosis:
     scatter: tuple[NoiseHypothesis, ...] = ()
     steps: tuple[Step, ...] = ()
     retracted: tuple[Hypothesis, ...] = ()
+    given_up: tuple[Hypothesis, ...] = ()
     remaining: Screening | None = None
     latent: LatentTorque | None = None
     latent_before: LatentTorque | None = None

@@ -14,7 +14,7 @@ from support.unlisted_torques import Humming, Pulsing
 from testbed.diagnosis.candidates import NONE, UNKNOWN
 from testbed.diagnosis.detectable import detectable_sizes
 from testbed.diagnosis.location import located
-from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.method import _with_given_up, diagnosed
 from testbed.diagnosis.model_notices import model_notices
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
@@ -99,6 +99,22 @@ def test_a_name_with_lower_odds_than_an_unmodelled_torque_is_retracted():
     torque = np.array([1e-4, 2e-4, -1e-4])
     steady = last(records(3, hooks=[STEADY["body_torque"].hooks("platform")], values=[torque]), effects=STEADY)
     assert [step.placed.key for step in steady.steps] == ["body_torque:platform"]
+
+
+def test_a_name_that_was_shown_and_is_out_again_is_said_to_be_unless_it_was_retracted():
+    """Of one that the noise takes the place of, as where what was added does not stand out of all of the residual."""
+    drag = EFFECTS["viscous_drag"]
+    named = last(records(3, hooks=[drag.hooks("platform")], values=[np.full(3, 2e-3)]))
+    (step,) = named.steps
+    shown = replace(named, complete=False)
+    for bare, gone in (
+        (replace(named, steps=()), (step.placed,)),
+        (replace(named, steps=(), retracted=(step.placed,)), ()),
+        (named, ()),
+    ):
+        *_, final = _with_given_up([shown, bare])
+        assert final.given_up == gone
+        assert any("out again" in words for words in model_notices(final)) == bool(gone)
 
 
 def test_a_name_with_about_the_odds_of_an_unmodelled_torque_stands_beside_it():
