@@ -18,6 +18,7 @@ from testbed.library.runs import fly
 from testbed.records.reading import read_record
 from testbed.records.writing import write_record
 from testbed.scenario.reader import read_scenario
+from testbed.scenario.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.toml"))
@@ -43,13 +44,21 @@ def run(*arguments: object) -> int:
     return exit_code_of(lambda: app([str(argument) for argument in arguments]))
 
 
+SHIPPED_STARTS = 6
+ONE_START = {"starts": 1}
+"""Instead of six of a design: how good it is, is no matter here."""
+
+
 def planned_once():
     """Return what plans a maneuver the first time, and remembers it."""
     plans = []
 
-    def planned(*arguments: object):
+    def planned(scenario: Scenario, *arguments: object):
         if not plans:
-            plans.append(plan_maneuver(*arguments))
+            maneuver = scenario.maneuver
+            if getattr(maneuver, "starts", 0) == SHIPPED_STARTS:
+                scenario = scenario.model_copy(update={"maneuver": maneuver.model_copy(update=ONE_START)})
+            plans.append(plan_maneuver(scenario, *arguments))
         return plans[0]
 
     return planned

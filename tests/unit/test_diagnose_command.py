@@ -13,6 +13,7 @@ import pytest
 import testbed.cli.diagnose
 import testbed.library.prepared_records
 from support.diagnosed_records import SCENARIO, records
+from support.few_effects import know_only
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.diagnosis.method import diagnosed
@@ -58,10 +59,7 @@ def late(tmp_path_factory):
 @pytest.fixture
 def few_effects(monkeypatch):
     """A library that is tried in a second; the whole one is tried elsewhere."""
-    kept = {
-        name: testbed.library.prepared_records.EFFECTS[name] for name in ("gyro_latency", "viscous_drag", "gyro_bias")
-    }
-    monkeypatch.setattr(testbed.library.prepared_records, "EFFECTS", kept)
+    know_only(monkeypatch, "gyro_latency", "viscous_drag", "gyro_bias")
 
 
 @pytest.mark.usefixtures("few_effects")
@@ -112,8 +110,7 @@ def test_a_late_gyro_is_named_and_everything_is_written(late, tmp_path, capsys):
 
 
 def test_look_alikes_end_with_a_flight_that_tells_them_apart(late, tmp_path, capsys, monkeypatch):
-    kept = {name: testbed.library.prepared_records.EFFECTS[name] for name in ("gyro_latency", "gyro_bandwidth")}
-    monkeypatch.setattr(testbed.library.prepared_records, "EFFECTS", kept)
+    know_only(monkeypatch, "gyro_latency", "gyro_bandwidth")
     out = tmp_path / "out"
     assert run("diagnose", SCENARIO, "--data", late, "--out", out) == 0
     answer = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
@@ -233,8 +230,7 @@ def test_data_that_cannot_be_used_end_with_a_message_and_no_answer(tmp_path, cap
 def test_look_alikes_of_a_platform_without_gimbals_end_with_the_reason_why_no_flight_follows(
     tmp_path, capsys, monkeypatch
 ):
-    kept = {name: testbed.library.prepared_records.EFFECTS[name] for name in ("actuator_lag", "actuator_delay")}
-    monkeypatch.setattr(testbed.library.prepared_records, "EFFECTS", kept)
+    know_only(monkeypatch, "actuator_lag", "actuator_delay")
     scenario, data, out = quadcopter(tmp_path), tmp_path / "data", tmp_path / "out"
     for number in (1, 2, 3):
         write_record(slow_roll(number, delay=0.02), data / f"roll_{number}.csv")

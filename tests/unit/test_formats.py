@@ -11,8 +11,8 @@ import pytest
 from jsonschema import Draft202012Validator
 
 import testbed as tb
-import testbed.library.prepared_records
 from support.diagnosed_records import NOISE, SCENARIO, records
+from support.few_effects import know_only
 from support.processes import ROOT
 from support.unlisted_torques import Pulsing
 from testbed.diagnosis.location import located
@@ -146,7 +146,7 @@ def test_a_comparison_is_as_described(runs, tmp_path):
 
 def diagnosed(monkeypatch, effects, used, scenario=SCENARIO, **options):
     """Return a diagnosis with few effects, which takes seconds."""
-    monkeypatch.setattr(testbed.library.prepared_records, "EFFECTS", {name: EFFECTS[name] for name in effects})
+    know_only(monkeypatch, *effects)
     return tb.diagnose(tb.read_scenario(scenario), tb.Records(tuple(used)), **options)
 
 
@@ -188,7 +188,7 @@ def test_a_diagnosis_of_less_is_as_described(monkeypatch, tmp_path):
 
 
 def test_an_interrupted_diagnosis_is_as_described(monkeypatch, tmp_path):
-    monkeypatch.setattr(testbed.library.prepared_records, "EFFECTS", {"gyro_latency": EFFECTS["gyro_latency"]})
+    know_only(monkeypatch, "gyro_latency")
     made = prepared_records(tb.read_scenario(SCENARIO), tb.Records(tuple(late_by(0.02))))
     first = next(made.stages())
     folder = concluded(made, first, located(first.runs, first.baseline)).save(tmp_path / "diagnosis")

@@ -13,6 +13,7 @@ import pytest
 import tomli_w
 
 import testbed as tb
+from support.few_effects import know_only
 from support.thrusters import body_scenario
 from testbed.assembly.platform import nominal_body
 from testbed.assembly.telemetry import telemetry_of
@@ -148,8 +149,9 @@ def rig_run(seed: int, inertia: float = 0.055, drag: float = 3e-3) -> Record:
     )
 
 
-def test_a_rig_of_one_wheel_is_diagnosed(tmp_path):
+def test_a_rig_of_one_wheel_is_diagnosed(tmp_path, monkeypatch):
     """One wheel gives no torque about x and y, which no rig about z needs; a flown platform does."""
+    know_only(monkeypatch, "viscous_drag", "quadratic_drag", "dry_friction", "wheel_inertia", "gyro_latency")
     scenario = body_scenario(RIG, "rig.toml")
     diagnosis = tb.diagnose(scenario, tb.Records(tuple(rig_run(seed) for seed in range(1, 6))))
     assert diagnosis.state.model.placed[0].effect.id == "viscous_drag"

@@ -8,6 +8,7 @@ import numpy as np
 
 import testbed as tb
 from support.diagnosed_records import nominal, records
+from support.few_effects import know_only
 from testbed.diagnosis.model import Hypothesis
 from testbed.effects.contact import Contact
 from testbed.effects.registry import EFFECTS
@@ -25,7 +26,7 @@ def flown():
 
 
 def stages_of(monkeypatch, used):
-    monkeypatch.setattr(prepared_records, "EFFECTS", {each: EFFECTS[each] for each in ("viscous_drag", "contact")})
+    know_only(monkeypatch, "viscous_drag", "contact")
     monkeypatch.setattr(prepared_records, "NOISE_EFFECTS", {})
     made = prepared_records.prepared_records(nominal()[0], tb.Records(tuple(used)))
     return list(made.stages())

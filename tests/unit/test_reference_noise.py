@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import testbed as tb
+from support.few_effects import know_only
 from support.thrusters import body_scenario
 from tests.unit.test_measured_actuators import RIG, rig_run
 
@@ -22,7 +23,8 @@ def read_in_steps(seed: int, step: float):
 
 
 @pytest.mark.parametrize(("step", "verdict"), [(HEALTHY_STEP, "none"), (2.0 * HEALTHY_STEP, "named")])
-def test_steps_of_the_gyro_that_healthy_records_have_are_nothing_new(step, verdict):
+def test_steps_of_the_gyro_that_healthy_records_have_are_nothing_new(step, verdict, monkeypatch):
+    know_only(monkeypatch, "viscous_drag", "dry_friction", "gyro_latency", "gyro_scale")
     healthy = tb.Records(tuple(read_in_steps(seed, HEALTHY_STEP) for seed in range(1, 6)))
     suspect = tb.Records(tuple(read_in_steps(seed, step) for seed in range(11, 16)))
     scenario = body_scenario(RIG, "rig.toml")

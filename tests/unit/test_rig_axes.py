@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import testbed as tb
-import testbed.library.prepared_records
 from concealing.rig import Rig
 from support.diagnosed_records import nominal
 from support.diagnosed_records import records as free_records
+from support.few_effects import know_only
 from support.rigs import rig_records, rig_scenario
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.fitting import fitted
@@ -145,8 +145,7 @@ def test_about_two_axes_the_held_one_turns_the_momentum():
 
 
 def test_a_rig_is_diagnosed_and_what_it_leaves_open_is_left_out(monkeypatch, tmp_path):
-    few = {name: EFFECTS[name] for name in ("viscous_drag", "gyro_scale")}
-    monkeypatch.setattr(testbed.library.prepared_records, "EFFECTS", few)
+    know_only(monkeypatch, "viscous_drag", "gyro_scale")
     records = tb.Records(tuple(rig_records([Rig(inertia=HEAVY, viscous=3e-3)] * 3)))
     tb.diagnose(rig_scenario(), records).save(tmp_path / "out")
     result = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
