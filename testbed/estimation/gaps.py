@@ -21,6 +21,12 @@ GYRO_BRIDGED = 0.3
 Source: that of the actuators' telemetry (`testbed.diagnosis.bridging`). Of 40 s at 20 Hz a second without the
 gyro put the momentum form off by seven of its standard deviations."""
 
+_ROUNDED = 1e-4
+"""Share by which an interval may be longer: time stamps are rounded, and of three periods of 0.1 s half are more than
+0.3 s in floating point.
+
+Source: chosen: stamps of microseconds at 100 Hz."""
+
 
 def gaps(time: Series, periods: float = BRIDGED_PERIODS, shortest: float = 0.0) -> Flags:
     """Return which intervals between samples are gaps, shape (N-1,): the one rule for gaps in time.
@@ -32,7 +38,7 @@ def gaps(time: Series, periods: float = BRIDGED_PERIODS, shortest: float = 0.0) 
     """
     interval = np.diff(time)
     usual = float(np.median(interval)) if len(interval) else 0.0
-    return np.asarray(interval > max(periods * usual, shortest))
+    return np.asarray(interval > (1.0 + _ROUNDED) * max(periods * usual, shortest))
 
 
 def between_gaps(gap: Flags) -> list[slice]:

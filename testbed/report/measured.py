@@ -113,7 +113,7 @@ def identification_doubts(identification: Identification) -> Iterator[str]:
     of_records = [
         (name, doubt)
         for name, estimation in identification.estimations.items()
-        for doubt in estimation_doubts(estimation)
+        for doubt in estimation_doubts(estimation, len(identification.estimations))
     ]
     yield from grouped(of_records) if len(identification.records) > 1 else (doubt for _, doubt in of_records)
 

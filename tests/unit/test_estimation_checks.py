@@ -108,6 +108,15 @@ def test_a_doubtful_residual_is_first_asked_for_a_trim_where_none_is_estimated(s
     assert not any("constant_torque" in each for each in doubts_of(sound[0]))
 
 
+def test_what_is_rare_of_one_record_is_not_of_forty(sound):
+    """One record of 40 with p = 0.0008 put all of them in doubt."""
+    (found, *_) = sound
+    rare = replace(found, residual=replace(found.residual, whiteness_p_value=0.8 * REFUSED))
+    one = SimpleNamespace(checks=rare, by_name={})
+    assert any("not white" in each for each in estimation_doubts(one))
+    assert not any("not white" in each for each in estimation_doubts(one, 40))
+
+
 def doubts_of(found):
     return list(estimation_doubts(SimpleNamespace(checks=found, by_name={})))
 

@@ -18,6 +18,15 @@ def test_a_gap_is_longer_than_so_many_usual_intervals(periods, lost):
     assert set(found.tolist()) == lost
 
 
+def test_three_periods_of_a_tenth_of_a_second_are_three_tenths_whatever_their_rounding():
+    """Of such gaps half were above 0.3 s in floating point, and cut a record."""
+    time = np.delete(
+        np.round(0.1 * np.arange(400), 6), [each for first in range(5, 390, 10) for each in (first, first + 1)]
+    )
+    assert not gaps(time, shortest=0.3).any()
+    assert gaps(time).sum() == 39
+
+
 def test_no_interval_within_the_shortest_gap_is_one():
     time = np.array([0.0, 0.01, 0.02, 0.06, 0.07, 0.20, 0.21])
     np.testing.assert_array_equal(np.flatnonzero(gaps(time, shortest=0.08)), [4])
