@@ -74,7 +74,7 @@ def standing_beside_walk(
     be missed.
 
     Args:
-        standing: with one effect fewer, as it did not stand out of the noise of all.
+        standing: with the effects that stand out of the noise of all so far.
         search: among the hypotheses of the library.
         noise: explains the noise anew with a model.
         residual: tests the residual of a model.

@@ -274,10 +274,10 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
     if state.structure_left and not _noise_is_more_probable(noisier, state):
         return state
     standing = search.standing(noisier)
+    beside_walk = standing_beside_walk(standing, search, noise.explained, _residual_tested)
+    if beside_walk is not None:
+        return beside_walk
     if standing is not noisier:
-        beside_walk = standing_beside_walk(standing, search, noise.explained, _residual_tested)
-        if beside_walk is not None:
-            return beside_walk
         return check_residual(noise.explained(standing), noise, search)
     # Names beside which another was found have not been compared with an unmodelled torque yet.
     return check_residual(noisier, noise, search) if unnamed and noisier.steps else noisier

@@ -49,16 +49,37 @@ def _with_phase(runs: Sequence[Telemetry], found: Place | None, *, commanded: bo
     return list(runs) if found is None else [in_phase(run, found.share, commanded=commanded) for run in runs]
 
 
+def holds_between_samples(runs: Sequence[Telemetry]) -> bool:
+    """Return whether impulses show that wheels' commands hold from one sample of the telemetry to the next.
+
+    Args:
+        runs: of one platform, with the phase that their commands have.
+    """
+    if not believed_held(runs) or command_phase(runs) > 0.0:
+        return False
+    by_wheel = _phases(runs, commanded=True)
+    return bool(by_wheel) and float(np.median([(_STEADY - phase) / error for phase, error in by_wheel])) > SURELY
+
+
+_STEADY = 0.5
+"""Phase of commands that change steadily from sample to sample: the impulse in between is then the mean of theirs."""
+
+
 def _phase(runs: Sequence[Telemetry], *, commanded: bool) -> Place | None:
     """Return at which phase of the control period torques are sampled; None where impulses do not show it."""
+    return _common(_phases(runs, commanded=commanded))
+
+
+def _phases(runs: Sequence[Telemetry], *, commanded: bool) -> list[tuple[float, float]]:
+    """Return the phase that each wheel has, and its standard error; none where impulses are not known of every run."""
     now, following = (
         [impulses for run in runs if (impulses := _at_phase(run, phase, commanded=commanded)) is not None]
         for phase in (0.0, 1.0)
     )
     if len(now) < len(runs):
-        return None
+        return []
     columns = [_columns(one, other) for one, other in zip(now, following, strict=True)]
-    return _common([_of_wheel(each) for each in explained_by_wheel(now, columns, shown=1, commanded=commanded)])
+    return [_of_wheel(each) for each in explained_by_wheel(now, columns, shown=1, commanded=commanded)]
 
 
 def command_phase(runs: Sequence[Telemetry]) -> float:
