@@ -208,3 +208,10 @@ def test_over_windows_an_effect_that_has_no_size_of_its_own_beside_another_is_bl
 
 def _placed(search, key):
     return next(each for each in search.testable if each.key == key)
+
+
+def test_what_stands_in_the_place_of_an_effect_that_does_not_takes_it(start, search):
+    """It stayed, as one that is there without it: beside a walk a drift was named, as without it a gyro seemed late."""
+    known = replace(search, known={})
+    state = added(known, with_noise(start, 4.0), "viscous_drag:platform")
+    assert [step.placed.key for step in known.standing(state).steps] == [TRUE]
