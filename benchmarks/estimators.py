@@ -33,8 +33,8 @@ SAMPLE_RATE = 16.0
 SIMULATION_NOISE = 0.025
 FLIGHT_NOISE = 0.001658
 ENCODER_NOISE = 1e-4
-BIAS_WALK = 0.02
-"""rad/s/√s: after five seconds the bias is off by twice the noise of a sample."""
+BIAS_WALK = 0.01
+"""rad/s/√s: from sample to sample the bias gains one and a half times the flight noise."""
 RELEASE_MOMENTUM_B = np.array([0.003, -0.004, 0.006])
 NORMAL_95 = 1.96
 InitialMomentum: TypeAlias = Literal["estimated", "zero"]
@@ -180,7 +180,7 @@ def main(seeds: int = 1000) -> None:
         open_loop(SIMULATION_NOISE, RELEASE_MOMENTUM_B),
         closed_loop(SIMULATION_NOISE, seeds),
         open_loop(FLIGHT_NOISE, at_rest),
-        open_loop(SIMULATION_NOISE, RELEASE_MOMENTUM_B, walk=BIAS_WALK),
+        open_loop(FLIGHT_NOISE, RELEASE_MOMENTUM_B, walk=BIAS_WALK),
     ):
         print(report(experiment, seeds), flush=True)
 

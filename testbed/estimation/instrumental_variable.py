@@ -10,7 +10,7 @@ from testbed.estimation.noise_image import filtered_noise
 from testbed.estimation.prefilter import filtered_equation
 from testbed.estimation.preparation import identifiable_part
 from testbed.estimation.regression import Solution, covariance_of, noise_gain, residual_sigma, solution_of
-from testbed.estimation.stated_noise import influence_of_white
+from testbed.estimation.stated_noise import influence_of_white, white_variance
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -44,7 +44,7 @@ def instrumental_variable(telemetry: Telemetry, settings: EstimationSettings) ->
     sigma = float(residual_sigma(solution))
     noise = filtered_noise(part, equation, solution, filter_time)
     gain = noise_gain(solution, noise.image)
-    variance = sigma**2 / noise.power if part.slow_bias is None else part.gyro_noise**2  # of the white part alone
+    variance = white_variance(part, sigma**2 / noise.power)
     return estimate_of(
         part,
         solution.parameters,

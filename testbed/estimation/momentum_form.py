@@ -21,7 +21,7 @@ from testbed.estimation.motion import drive_of
 from testbed.estimation.noise_image import attitude_noise, pendulum_of
 from testbed.estimation.preparation import identifiable_part
 from testbed.estimation.regression import Solution, covariance_of, noise_gain, residual_sigma, rows_of, solution_of
-from testbed.estimation.stated_noise import influence_of_white, whitened
+from testbed.estimation.stated_noise import influence_of_white, white_variance, whitened
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -64,7 +64,7 @@ def momentum_forms(telemetry: Telemetry, settings: EstimationSettings) -> list[E
     return estimates_of(
         part,
         solution.parameters,
-        covariance_of(influence_of_white(part, gain), sigma**2),  # eq. (19)
+        covariance_of(influence_of_white(part, gain), white_variance(part, sigma**2)),  # eq. (19)
         influence=-gain,
         residual=-solution.residual,  # Ψθ - Y is the measured rate minus the predicted one
         sigma=sigma,

@@ -53,6 +53,16 @@ def influence_of_white(telemetry: Telemetry, influence: Array, time: Series | No
     return _filtered(telemetry, influence.mT, SlowBias.wandering_back, telemetry.gyro_time if time is None else time).mT
 
 
+def white_variance(telemetry: Telemetry, of_residual: Array | float) -> Array | float:
+    """Return σ² of what is white, (rad/s)²: by a residual, or as it is stated where that holds a bias's course.
+
+    Args:
+        telemetry: one run, or flights side by side.
+        of_residual: by the residual of an estimator that does not take the bias's course off, shape (...).
+    """
+    return of_residual if telemetry.slow_bias is None else np.full_like(of_residual, telemetry.gyro_noise**2)
+
+
 def _filtered(telemetry: Telemetry, rows: Regressor, by: _Filter, time: Series) -> Regressor:
     """Return rows, shape (..., 3N, C), through a filter that takes them by sample, axis, and all else."""
     bias = telemetry.slow_bias

@@ -8,7 +8,15 @@ a coverage of 95 % give or take 3 √(0.95 * 0.05 / S).
 import numpy as np
 import pytest
 
-from benchmarks.estimators import BIAS_WALK, RELEASE_MOMENTUM_B, SIMULATION_NOISE, closed_loop, open_loop, scores
+from benchmarks.estimators import (
+    BIAS_WALK,
+    FLIGHT_NOISE,
+    RELEASE_MOMENTUM_B,
+    SIMULATION_NOISE,
+    closed_loop,
+    open_loop,
+    scores,
+)
 
 SEEDS = 120
 STANDARD_ERRORS = 3.5
@@ -32,7 +40,7 @@ def score(request):
 @pytest.fixture(scope="module")
 def walking():
     """Return the scores where the gyro's bias walks as the telemetry states."""
-    return scores(open_loop(SIMULATION_NOISE, RELEASE_MOMENTUM_B, walk=BIAS_WALK), SEEDS)
+    return scores(open_loop(FLIGHT_NOISE, RELEASE_MOMENTUM_B, walk=BIAS_WALK), SEEDS)
 
 
 @pytest.mark.parametrize("name", ["iv", "iv_momentum", "output_error"])
