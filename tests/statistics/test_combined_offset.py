@@ -32,7 +32,7 @@ def scenario(shares: tuple[float, ...] = MOTIONS[0]) -> Scenario:
     """Ten seconds of the shipped table without noise."""
     shipped = read_scenario(shipped_scenario("air_bearing"))
     keys = shipped.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
-    keys["gyro"] = {"sample_rate_hz": 50.0, "noise_rad_s": 0.0}
+    keys["gyro"] = {"sample_rate_hz": 25.0, "noise_rad_s": 0.0}
     keys["wheel_tachometer"] = {"noise_rad_s": 0.0}
     keys["simulation"] |= {"duration_s": 10.0, "control_rate_hz": 200.0, "telemetry_rate_hz": 200.0}
     keys["maneuver"]["body_rate_rad_s"] = (np.array(keys["maneuver"]["body_rate_rad_s"]) * shares).tolist()
