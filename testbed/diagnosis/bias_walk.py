@@ -81,12 +81,14 @@ def standing_beside_walk(
     """
     if not any(each.walks for each in standing.scatter):
         return None
+    before = set[tuple[str, ...]]()
     while True:
         state = residual(noise(standing, white=True))
         if state.left_over or not state.steps:
             return None
+        before.add(tuple(step.key for step in state.steps))
         standing = search.standing(state)
-        if standing is state:
+        if standing is state or tuple(step.key for step in standing.steps) in before:
             break
     explained, screening = log_odds_of_all(state, with_model(state, state.baseline)), state.steps[0].screening
     return replace(state, explained=explained, unmodelled=explained + odds_of_unmodelled(state, screening))

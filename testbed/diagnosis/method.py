@@ -256,12 +256,14 @@ def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screenin
     return search.reconsidered(with_effect(replace(state, remaining=None), chosen, screening))
 
 
-def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis:
+def check_residual(
+    state: Diagnosis, noise: _NoiseStep, search: Search, before: frozenset[tuple[str, ...]] = frozenset()
+) -> Diagnosis:
     """Test the residual of the final model for unmodelled torques, and its χ².
 
     If all of the residual may be noise, all of it estimates the noise, twice as precisely as its fastest part. Effects
     that do not stand out of the noise so estimated are taken out; one that was not added as it fits worse, or gave way
-    to an unmodelled torque, may be a colour of it.
+    to an unmodelled torque, may be a colour of it. It ends where the same effects stand again as once before.
     """
     unnamed = state.unnamed
     state = _residual_tested(state) if unnamed else _retracted(state)
@@ -277,10 +279,14 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
     beside_walk = standing_beside_walk(standing, search, noise.explained, _residual_tested)
     if beside_walk is not None:
         return beside_walk
-    if standing is not noisier:
-        return check_residual(noise.explained(standing), noise, search)
+    if standing is not noisier and (now := _keys(standing)) not in before:
+        return check_residual(noise.explained(standing), noise, search, before | {_keys(noisier), now})
     # Names beside which another was found have not been compared with an unmodelled torque yet.
     return check_residual(noisier, noise, search) if unnamed and noisier.steps else noisier
+
+
+def _keys(state: Diagnosis) -> tuple[str, ...]:
+    return tuple(step.key for step in state.steps)
 
 
 def _tested_in_noise_of_all(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis:

@@ -180,15 +180,20 @@ class Search:
         """Return the diagnosis without an effect that does not stand out of its noise; the same one where all do.
 
         Effects are found in noise of which the fastest part of the residual tells; this one is known from all of it,
-        and stays as it is. The newest effect is tested first. What stands out in the place of one takes it.
+        and stays as it is. The newest effect is tested first. Where another one would stand in its place it stays, as
+        something is there; beside a bias that walks the other one takes it, as the first may have been that walk.
         """
+        walks = any(each.walks for each in state.scatter)
         for index, step in reversed(list(enumerate(state.steps))):
             kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
             less = with_model(state, _less(state, kept))
-            if accepted(_again(less, step)) is None:
-                screening = self.compared(less)
-                rebuilt, chosen = replace(self._rebuilt(state, kept), remaining=screening), accepted(screening)
-                return rebuilt if chosen is None else with_effect(replace(rebuilt, remaining=None), chosen, screening)
+            if accepted(_again(less, step)) is not None:
+                continue
+            chosen = accepted(screening := self.compared(less))
+            if chosen is None:
+                return replace(self._rebuilt(state, kept), remaining=screening)
+            if walks:
+                return with_effect(self._rebuilt(state, kept), chosen, screening)
         return state
 
     def _tested_in_own_noise(self, state: Diagnosis, screening: Screening) -> Screening:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -210,8 +211,10 @@ def _placed(search, key):
     return next(each for each in search.testable if each.key == key)
 
 
-def test_what_stands_in_the_place_of_an_effect_that_does_not_takes_it(start, search):
-    """It stayed, as one that is there without it: beside a walk a drift was named, as without it a gyro seemed late."""
+def test_what_stands_in_the_place_of_an_effect_that_does_not_takes_it_beside_a_walk(start, search):
+    """It stayed, as something is there without it: a drift was named, as without it a gyro seemed late."""
     known = replace(search, known={})
     state = added(known, with_noise(start, 4.0), "viscous_drag:platform")
-    assert [step.placed.key for step in known.standing(state).steps] == [TRUE]
+    assert known.standing(state) is state
+    walking = replace(state, scatter=(SimpleNamespace(walks=True),))
+    assert [step.placed.key for step in known.standing(walking).steps] == [TRUE]
