@@ -11,7 +11,7 @@ import pytest
 from support.diagnosed_records import nominal, records
 from testbed.diagnosis.candidates import accepted
 from testbed.diagnosis.fitting import refit
-from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.method import check_residual, diagnosed
 from testbed.diagnosis.p_values import largest_log_odds
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.screening import refitted
@@ -218,3 +218,18 @@ def test_what_stands_in_the_place_of_an_effect_that_does_not_takes_it_beside_a_w
     assert known.standing(state) is state
     walking = replace(state, scatter=(SimpleNamespace(walks=True),))
     assert [step.placed.key for step in known.standing(walking).steps] == [TRUE]
+
+
+def test_effects_that_take_each_others_place_do_not_go_on_for_ever(start, search, monkeypatch):
+    one = added(search, start, TRUE)
+    other = added(search, one, "body_torque:platform")
+    seen = []
+
+    def the_other(_, state):
+        seen.append(len(state.steps))
+        return other if len(state.steps) == 1 else one
+
+    monkeypatch.setattr(Search, "standing", the_other)
+    as_it_is = SimpleNamespace(explained=lambda state, **_: state)
+    check_residual(one, as_it_is, search)
+    assert seen == [1, 2]
