@@ -5,8 +5,9 @@ faster, it does so if it is late, as it then reads the rate of an instant betwee
 the gyro's samples there has to be left out (`testbed.diagnosis.actuator_telemetry`). By splines one that was 20 or
 40 ms late had a low bandwidth, with P = 1.
 
-Where commands were recorded, these tell it. A controller that feeds the gyro's noise back turns the platform after each
-sample against the noise of that sample: by splines, whose slope is half of what follows, that is a gyro late by 3 ms.
+Where commands were recorded under a gyro that is no faster, these tell it. A controller that feeds the gyro's noise back
+turns the platform after each sample against the noise of that sample: by splines, whose slope is half of what follows,
+that is a gyro late by 3 ms.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ Source: chosen, as for the noise of tachometers (`testbed.diagnosis.tachometers`
 
 
 def along_chords(telemetry: Sequence[Telemetry], theta: Theta) -> list[Telemetry]:
-    """Return runs with the momenta of their wheels along chords, where these suit the gyro better than splines.
+    """Return runs with the momenta of their wheels along chords, where commands or the gyro show these.
 
     Args:
         telemetry: of one platform's runs.
@@ -43,9 +44,10 @@ def along_chords(telemetry: Sequence[Telemetry], theta: Theta) -> list[Telemetry
     if any(run.gimbals is not None or not has_momentum(run) for run in telemetry):
         return list(telemetry)
     inertia = inertia_of(theta)
-    if holds_between_samples(telemetry):
+    between = any(map(shows_between, telemetry))
+    if not between and holds_between_samples(telemetry):
         return [run.with_held_momentum(inertia) for run in telemetry]
-    smooth, between = _fit(telemetry, theta), any(map(shows_between, telemetry))
+    smooth = _fit(telemetry, theta)
     if not between and not _is_late(smooth):
         return list(telemetry)
     held = [run.with_held_momentum(inertia) for run in telemetry]
