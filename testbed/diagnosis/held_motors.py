@@ -5,7 +5,7 @@ faster, it does so if it is late, as it then reads the rate of an instant betwee
 the gyro's samples there has to be left out (`testbed.diagnosis.actuator_telemetry`). By splines one that was 20 or
 40 ms late had a low bandwidth, with P = 1.
 
-Where commands were recorded under a gyro that is no faster, these tell it. A controller that feeds the gyro's noise back
+Where commands were recorded under a gyro that is no faster, these tell it. A controller that feeds its noise back
 turns the platform after each sample against the noise of that sample: by splines, whose slope is half of what follows,
 that is a gyro late by 3 ms.
 """
