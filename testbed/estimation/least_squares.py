@@ -7,7 +7,7 @@ from testbed.estimation.noise_image import filtered_noise
 from testbed.estimation.prefilter import filtered_equation
 from testbed.estimation.preparation import identifiable_part
 from testbed.estimation.regression import covariance_of, noise_gain, residual_sigma, solution_of
-from testbed.estimation.stated_noise import influence_of_white
+from testbed.estimation.stated_noise import influence_of_white, wanders
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -34,7 +34,7 @@ def least_squares(telemetry: Telemetry, settings: EstimationSettings) -> Estimat
     sigma = float(residual_sigma(solution))
     influence = -noise_gain(solution, filtered_noise(part, equation, solution, settings.prefilter_time).image)
     covariance = covariance_of(noise_gain(solution, solution.instrument), sigma**2)  # eq. (16)
-    if part.slow_bias is not None:
+    if wanders(part):
         covariance = covariance_of(influence_of_white(part, influence, equation.time), part.gyro_noise**2)
     return estimate_of(
         part,

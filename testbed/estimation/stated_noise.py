@@ -60,15 +60,19 @@ def white_variance(telemetry: Telemetry, of_residual: Array | float) -> Array | 
         telemetry: one run, or flights side by side.
         of_residual: by the residual of an estimator that does not take the bias's course off, shape (...).
     """
-    return of_residual if telemetry.slow_bias is None else np.full_like(of_residual, telemetry.gyro_noise**2)
+    return np.full_like(of_residual, telemetry.gyro_noise**2) if wanders(telemetry) else of_residual
+
+
+def wanders(telemetry: Telemetry) -> bool:
+    """Return whether a bias is stated to wander beside noise: beside none at all it is seen exactly."""
+    return telemetry.slow_bias is not None and telemetry.gyro_noise > 0.0
 
 
 def _filtered(telemetry: Telemetry, rows: Regressor, by: _Filter, time: Series) -> Regressor:
     """Return rows, shape (..., 3N, C), through a filter that takes them by sample, axis, and all else."""
-    bias = telemetry.slow_bias
-    if bias is None or telemetry.gyro_noise == 0.0:  # beside no noise at all a bias is seen exactly
+    if telemetry.slow_bias is None or not wanders(telemetry):
         return rows
     by_sample = rows.reshape(-1, len(time), 3, rows.shape[-1]).transpose(1, 2, 0, 3)
-    passed = by(bias, by_sample, time, np.full(3, telemetry.gyro_noise))
+    passed = by(telemetry.slow_bias, by_sample, time, np.full(3, telemetry.gyro_noise))
     # Sums over a flight's rows are the same to the last bit only if these lie in the memory as when it is alone.
     return np.ascontiguousarray(passed.transpose(2, 0, 1, 3)).reshape(rows.shape)
