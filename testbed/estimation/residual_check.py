@@ -25,11 +25,13 @@ class ResidualCheck:
         size: root mean square in standard deviations of the stated noise; 1 where the model is right.
         size_p_value: of a residual as large, if the model and the noise are as stated.
         whiteness_p_value: of autocorrelations as large, if the noise is white; NaN where samples are too few.
+        noise_is_stated: whether the noise is stated; otherwise it is that of the samples' differences.
     """
 
     size: float
     size_p_value: float
     whiteness_p_value: float
+    noise_is_stated: bool
 
 
 def checked_rows(samples: int) -> Indices:
@@ -75,6 +77,7 @@ def residual_check(
         size=float(np.sqrt(square / freedom)),
         size_p_value=_exceeded(square, freedom, noise_freedom),
         whiteness_p_value=_whiteness(_without_common(rest.reshape(-1, 3), common)),
+        noise_is_stated=not np.isfinite(noise_freedom),
     )
 
 

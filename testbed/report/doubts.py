@@ -159,10 +159,13 @@ def _residual_doubts(check: ResidualCheck, best: str, advice: str, refused: floa
             f"stated; {advice}."
         )
     if check.size < _OVERSTATED:
-        yield (
-            f"The residual of {best} is {figures(check.size, 2)} times the gyro's noise: that is stated too large, and "
-            "with it all standard deviations; correct gyro.noise_rad_s, or gyro_noise_rad_s beside the record."
+        reason = (
+            "that is stated too large, and with it all standard deviations; correct gyro.noise_rad_s, or "
+            "gyro_noise_rad_s beside the record"
+            if check.noise_is_stated
+            else "the samples' differences show more than noise; state it, as gyro_noise_rad_s beside the record"
         )
+        yield f"The residual of {best} is {figures(check.size, 2)} times the gyro's noise: {reason}."
     if check.whiteness_p_value < refused:
         yield (
             f"The residual of {best} is not white ({chance_words(check.whiteness_p_value)}): what is missing in the "

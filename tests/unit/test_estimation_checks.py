@@ -117,6 +117,17 @@ def test_what_is_rare_of_one_record_is_not_of_forty(sound):
     assert not any("not white" in each for each in estimation_doubts(one, 40))
 
 
+def test_noise_that_nobody_stated_is_not_said_to_be_stated_too_large(sound):
+    """Of a walk beside no noise at all, which is all that differences show, `gyro.noise_rad_s` was to be corrected."""
+    (found, *_) = sound
+    small = replace(found.residual, size=0.6)
+    (stated,) = doubts_of(replace(found, residual=small))
+    (shown,) = doubts_of(replace(found, residual=replace(small, noise_is_stated=False)))
+    assert "stated too large" in stated
+    assert "stated too large" not in shown
+    assert "gyro_noise_rad_s beside the record" in shown
+
+
 def doubts_of(found):
     return list(estimation_doubts(SimpleNamespace(checks=found, by_name={})))
 
