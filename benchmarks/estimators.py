@@ -28,6 +28,7 @@ from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.registry import ESTIMATORS
 from testbed.estimation.slow_bias import SlowBias
 from testbed.estimation.telemetry import Telemetry
+from testbed.sensors.noise import random_walk
 
 SAMPLE_RATE = 16.0
 SIMULATION_NOISE = 0.025
@@ -128,9 +129,8 @@ def open_loop(
 
 def _walking(telemetry: Telemetry, walk: float, seed: int) -> Telemetry:
     """Return telemetry whose gyro's bias walks from nothing at the first sample, in rad/s/√s."""
-    steps = np.sqrt(np.diff(telemetry.gyro_time, prepend=telemetry.gyro_time[0]))
-    draws = np.random.default_rng((seed, 1)).standard_normal((len(steps), 3))
-    return replace(telemetry, body_rate=telemetry.body_rate + walk * np.cumsum(steps[:, None] * draws, axis=0))
+    bias = random_walk(walk, 1.0 / SAMPLE_RATE, telemetry.body_rate.shape, np.random.default_rng((seed, 1)))
+    return replace(telemetry, body_rate=telemetry.body_rate + bias)
 
 
 def closed_loop(gyro_noise: float, seeds: int) -> Experiment:

@@ -79,16 +79,16 @@ def standing_beside_walk(
         noise: explains the noise anew with a model.
         residual: tests the residual of a model.
     """
-    if not any(each.walks for each in standing.scatter):
+    if not standing.walks:
         return None
     before = set[tuple[str, ...]]()
     while True:
         state = residual(noise(standing, white=True))
         if state.left_over or not state.steps:
             return None
-        before.add(tuple(step.key for step in state.steps))
+        before.add(state.step_keys)
         standing = search.standing(state)
-        if standing is state or tuple(step.key for step in standing.steps) in before:
+        if standing is state or standing.step_keys in before:
             break
     explained, screening = log_odds_of_all(state, with_model(state, state.baseline)), state.steps[0].screening
     return replace(state, explained=explained, unmodelled=explained + odds_of_unmodelled(state, screening))

@@ -100,7 +100,7 @@ def _with_given_up(stages: Iterable[Diagnosis]) -> Iterator[Diagnosis]:
     added: dict[str, Hypothesis] = {}
     for state in stages:
         added |= {step.key: step.placed for step in state.steps}
-        kept = {*(step.key for step in state.steps), *(each.key for each in state.retracted)}
+        kept = {*state.step_keys, *(each.key for each in state.retracted)}
         gone = tuple(placed for key, placed in added.items() if key not in kept)
         yield replace(state, given_up=gone) if state.complete else state
 
@@ -279,14 +279,11 @@ def check_residual(
     beside_walk = standing_beside_walk(standing, search, noise.explained, _residual_tested)
     if beside_walk is not None:
         return beside_walk
-    if standing is not noisier and (now := _keys(standing)) not in before:
-        return check_residual(noise.explained(standing), noise, search, before | {_keys(noisier), now})
+    if standing is not noisier and standing.step_keys not in before:
+        before |= {noisier.step_keys, standing.step_keys}
+        return check_residual(noise.explained(standing), noise, search, before)
     # Names beside which another was found have not been compared with an unmodelled torque yet.
     return check_residual(noisier, noise, search) if unnamed and noisier.steps else noisier
-
-
-def _keys(state: Diagnosis) -> tuple[str, ...]:
-    return tuple(step.key for step in state.steps)
 
 
 def _tested_in_noise_of_all(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis:

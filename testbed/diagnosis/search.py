@@ -183,7 +183,6 @@ class Search:
         and stays as it is. The newest effect is tested first. Where another one would stand in its place it stays, as
         something is there; beside a bias that walks the other one takes it, as the first may have been that walk.
         """
-        walks = any(each.walks for each in state.scatter)
         for index, step in reversed(list(enumerate(state.steps))):
             kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
             less = with_model(state, _less(state, kept))
@@ -192,7 +191,7 @@ class Search:
             chosen = accepted(screening := self.compared(less))
             if chosen is None:
                 return replace(self._rebuilt(state, kept), remaining=screening)
-            if walks:
+            if state.walks:
                 return with_effect(self._rebuilt(state, kept), chosen, screening)
         return state
 

@@ -170,6 +170,16 @@ class Diagnosis:
         return own_trims or self.runs.record_names != before.runs.record_names
 
     @property
+    def step_keys(self) -> tuple[str, ...]:
+        """Names of its effects, in the order in which they were added."""
+        return tuple(step.key for step in self.steps)
+
+    @property
+    def walks(self) -> bool:
+        """Whether a gyro's bias that walks is in its noise."""
+        return any(each.walks for each in self.scatter)
+
+    @property
     def differing_odds(self) -> float:
         """Twice the logarithm of the posterior odds of what differs from run to run; 0 where nothing does."""
         return 0.0 if self.differing is None else self.differing.odds

@@ -13,7 +13,7 @@ from testbed.dynamics.environment import Pivoted, parallel_axes
 from testbed.dynamics.inertia import theta_of
 from testbed.dynamics.inertia_unit import inertia_words
 from testbed.estimation.answer import Answer
-from testbed.estimation.stated_noise import whitened
+from testbed.estimation.stated_noise import with_bias
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.uncertainty import EXACT, Uncertainty
 
@@ -146,11 +146,12 @@ def estimates_of(
         parameters: shape (..., P); what follows as in `estimate_of`.
         covariance: shape (..., P, P).
         influence: shape (..., P, 3N).
-        residual: shape (..., 3N), rad/s.
+        residual: what is white of it, shape (..., 3N), rad/s.
         sigma: shape (...).
         iterations: shape (...), or the same of all.
     """
     rounds = np.broadcast_to(iterations, parameters.shape[:-1])
+    measured = with_bias(telemetry, residual[..., None])[..., 0]
     return [
         estimate_of(
             telemetry,
@@ -158,7 +159,8 @@ def estimates_of(
             covariance[flight],
             influence=influence[flight],
             time=telemetry.gyro_time,
-            residual=residual[flight],
+            residual=measured[flight],
+            white_residual=residual[flight],
             unit="rad/s",
             sigma=float(sigma[flight]),
             iterations=int(rounds[flight]),
@@ -178,6 +180,7 @@ def estimate_of(
     unit: Literal["N·m", "rad/s"],
     sigma: float,
     iterations: int,
+    white_residual: Array | None = None,
 ) -> Estimate:
     """Return the estimate that a solution's parameters are: the inertia first, then momenta, torques last.
 
@@ -191,6 +194,7 @@ def estimate_of(
         unit: of the residual.
         sigma: of the residual.
         iterations: rounds.
+        white_residual: 3N numbers, as of `Estimate`; the residual itself where None.
     """
     unknown = telemetry.initial_momentum == "estimated"
     stds = np.sqrt(np.diag(covariance))
@@ -207,7 +211,7 @@ def estimate_of(
         residual_time=time,
         residual=residual.reshape(-1, 3),
         residual_unit=unit,
-        white_residual=(whitened(telemetry, residual[:, None]) if unit == "rad/s" else residual).reshape(-1, 3),
+        white_residual=(residual if white_residual is None else white_residual).reshape(-1, 3),
         residual_sigma=sigma,
         iterations=iterations,
         offset_error=parameters[offset],

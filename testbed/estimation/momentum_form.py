@@ -59,7 +59,8 @@ def momentum_forms(telemetry: Telemetry, settings: EstimationSettings) -> list[E
         return solution_of(_rows(part, scale, equation), instrument, response.reshape(*response.shape[:-2], -1))
 
     solution, iterations = refined(part, settings, solve)
-    sigma = residual_sigma(replace(solution, residual=whitened(part, solution.residual[..., None])[..., 0]))
+    solution = replace(solution, residual=whitened(part, solution.residual[..., None])[..., 0])
+    sigma = residual_sigma(solution)
     gain = noise_gain(solution, _noise_image(part, equation, solution))
     return estimates_of(
         part,

@@ -16,7 +16,7 @@ from testbed.estimation.likelihood import most_likely, require_physical
 from testbed.estimation.momentum_equation import mean_momentum
 from testbed.estimation.motion import Drive, Motion, drive_of, drive_of_some, simulate, with_torque
 from testbed.estimation.preparation import identifiable_part, likely_theta
-from testbed.estimation.stated_noise import influence_of_errors, whitened, with_bias
+from testbed.estimation.stated_noise import influence_of_errors, whitened
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -56,7 +56,7 @@ def output_errors(telemetry: Telemetry, settings: EstimationSettings) -> list[Es
         answer.unknowns,
         covariance,
         influence=influence_of_errors(part, inverse @ answer.columns.mT),
-        residual=-with_bias(part, answer.residual[..., None])[..., 0],
+        residual=-answer.residual,
         sigma=np.sqrt(variance),
         iterations=answer.rounds,
     )

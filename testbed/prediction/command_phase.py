@@ -62,7 +62,9 @@ def holds_between_samples(runs: Sequence[Telemetry]) -> bool:
 
 
 _STEADY = 0.5
-"""Phase of commands that change steadily from sample to sample: the impulse in between is then the mean of theirs."""
+"""Phase of commands that change steadily from sample to sample: the impulse in between is then the mean of theirs.
+
+Source: formula: of a torque on a line between two samples."""
 
 
 def _phase(runs: Sequence[Telemetry], *, commanded: bool) -> Place | None:

@@ -20,7 +20,7 @@ from testbed.estimation.residual_check import ResidualCheck
 from testbed.estimation.telemetry_noise import Attenuation
 from testbed.experiment.checking import Compared, NeglectedTorque
 from testbed.experiment.experiment import CombinedEstimation, Estimation
-from testbed.report.verdict import leading_estimator
+from testbed.report.verdict import BIASED, leading_estimator
 from testbed.report.wording import BAND, capitalized, chance_words, estimator_name, figures, figures_to, listed
 
 DIAGNOSE = "try `testbed diagnose` on these records"
@@ -75,7 +75,7 @@ def combination_doubts(combined: CombinedEstimation) -> Iterator[str]:
     """Yield notices on a combined estimate: records or estimators that disagree, an inertia that no body has."""
     for name, agreement in combined.runs_agreement.items():
         # Least squares are biased by the gyro's noise, in each record otherwise, where others are not.
-        if agreement.refused and (name != "ls" or len(combined.runs_agreement) == 1):
+        if agreement.refused and (name != BIASED or len(combined.runs_agreement) == 1):
             yield (
                 f"The records differ from each other by more than their uncertainty ({estimator_name(name)}: "
                 f"{_chi_square(agreement)}); their spread is in the stated uncertainty. Something is missing in the "

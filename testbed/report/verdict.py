@@ -19,7 +19,7 @@ from testbed.report.wording import BAND, estimator_name, figures, listed
 
 _LEADING = ("output_error", "iv_momentum", "iv", "ls")
 """Estimators in the order in which a verdict speaks of them: the most efficient first."""
-_BIASED = "ls"
+BIASED = "ls"
 """Least squares is there as the baseline: noise biases it, and that does not speak against a flight."""
 _CONFIDENCE = 0.95
 MOSTLY_CONSIDERED = 2.0
@@ -41,7 +41,7 @@ def flight_verdict(inertias: Inertias, doubts: Sequence[str] = ()) -> Notice:
     """
     if not inertias.by_name:
         return Notice(tone="bad", text="The flight was completed, but no estimator gave an estimate.")
-    judged = [name for name in inertias.by_name if name != _BIASED] or [*inertias.by_name]
+    judged = [name for name in inertias.by_name if name != BIASED] or [*inertias.by_name]
     off = [name for name in judged if _error_p_value(inertias, name) < REFUSED]
     expected = "" if doubts and not off else _as_expected(off)
     text = f"The flight was completed; {_coverage(inertias, judged)}{expected}{_distance_to_bound(inertias)}."
@@ -179,7 +179,7 @@ def _coverage(inertias: Inertias, judged: Sequence[str]) -> str:
     misses = dict(_misses(inertias, judged))
     total = len(PARAMETER_NAMES) * len(judged)
     missed = sum(len(names) for names in misses.values())
-    aside = "" if len(judged) == len(inertias.by_name) else f" ({estimator_name(_BIASED)} aside)"
+    aside = "" if len(judged) == len(inertias.by_name) else f" ({estimator_name(BIASED)} aside)"
     if not missed:
         return f"all {total} of the estimators' 95 % bands{aside} cover the truth"
     where = "; ".join(f"{estimator_name(name)} misses {listed(names)}" for name, names in misses.items())

@@ -13,6 +13,7 @@ import testbed.diagnosis.screening
 import testbed.library.prepared_records
 import testbed.outputs.diagnosis_parts
 from support.diagnosed_records import SCENARIO, records
+from support.few_effects import know_only
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.diagnosis.keeping import array_from_content, array_to_content, hash_of
@@ -34,9 +35,7 @@ def run(*arguments: object) -> int:
 def few_effects():
     """A library that is tried in seconds."""
     with pytest.MonkeyPatch.context() as patch:
-        effects = testbed.library.prepared_records.EFFECTS
-        kept = {name: effects[name] for name in ("gyro_latency", "viscous_drag", "gyro_bias", "body_torque")}
-        patch.setattr(testbed.library.prepared_records, "EFFECTS", kept)
+        know_only(patch, "gyro_latency", "viscous_drag", "gyro_bias", "body_torque")
         yield
 
 

@@ -141,7 +141,7 @@ def shape_words(diagnosis: Diagnosis) -> str:
 
 def _better_words(diagnosis: Diagnosis) -> str:
     """Say what stands in the place of effects that were retracted."""
-    if any(each.walks for each in diagnosis.scatter):
+    if diagnosis.walks:
         return "a gyro's bias that walks at random"
     return "the formula in their place" if _has_formula(diagnosis) else "an unmodelled torque"
 
